@@ -1,0 +1,24 @@
+/** @file
+ * All of libsph: the one header that a program needs.
+ */
+#ifndef SPH_H
+#define SPH_H
+
+#include <sph/boundary.h>
+#include <sph/context.h>
+#include <sph/error.h>
+#include <sph/export.h>
+#include <sph/initial.h>
+#include <sph/integrator.h>
+#include <sph/interpolator.h>
+#include <sph/kernel.h>
+#include <sph/output.h>
+#include <sph/particles.h>
+#include <sph/probe.h>
+#include <sph/search.h>
+#include <sph/types.h>
+#include <sph/version.h>
+#include <sph/wall.h>
+#include <sph/wcsph.h>
+
+#endif

@@ -1,0 +1,144 @@
+/** @file
+ * Fixed ghost particles: walls that push, drag and reflect the fluid by the values interpolated at
+ * mirror points.
+ */
+#ifndef SPH_BOUNDARY_H
+#define SPH_BOUNDARY_H
+
+#include <sph/interpolator.h>
+#include <sph/wall.h>
+
+SPH_BEGIN_DECLS
+
+/** How the ghosts got their values at the last evaluation. */
+typedef struct sph_boundary_counts {
+  int64_t ghosts;     /**< all of them */
+  int64_t active;     /**< those that act on the fluid: sum of the rungs below */
+  int64_t inactive;   /**< no fluid near the mirror point: the ghost takes no part */
+  int64_t thin;       /**< of the active: kernel sum below the threshold, zero pressure and the wall's velocity */
+  int64_t shepard;    /**< of the active: improved Shepard, as chosen or as fall-back */
+  int64_t normalized; /**< of the active: normalized kernel sum */
+  int64_t linear;     /**< of the active: moving least squares, linear */
+  int64_t fallback;   /**< of the active: a lower rung than the interpolator that was chosen */
+  int64_t skipped;    /**< places without a ghost: their mirror point lies outside the fluid's side */
+} sph_boundary_counts;
+
+/** What sph_boundary_read gives of every ghost. */
+typedef enum sph_ghost_value {
+  SPH_GHOST_POSITION = 0, /**< [n, dim] m */
+  SPH_GHOST_MIRROR = 1,   /**< [n, dim] m */
+  SPH_GHOST_FOOT = 2,     /**< [n, dim] m: nearest point of the wall */
+  SPH_GHOST_NORMAL = 3,   /**< [n, dim] unit vector into the fluid */
+  SPH_GHOST_VELOCITY = 4, /**< [n, dim] m/s, at the last evaluation */
+  SPH_GHOST_PRESSURE = 5, /**< [n] Pa, at the last evaluation */
+  SPH_GHOST_VOLUME = 6,   /**< [n] m^dim; zero while the ghost is inactive */
+  SPH_GHOST_RUNG = 7      /**< [n] sph_interpolator_rung of the last evaluation */
+} sph_ghost_value;
+
+/** Create the ghosts behind a wall.
+ *
+ * Layers at spacing/2, 3 spacing/2, ... fill the support radius of the interpolator's kernel. The
+ * mirror point of a ghost x is 2 f - x with f the nearest point of the wall. With values I[.]
+ * interpolated at the mirror point x_m from the fluid alone, wall velocity u_w and acceleration a_w:
+ *
+ *     u = I[u] - 2 ((I[u] - u_w) . n) n          free slip                                 (1)
+ *     u = 2 u_w - I[u]                           no slip, and behind edges and corners      (2)
+ *     p = I[p] + rho0 (f - a_w) . (x - x_m)      dp/dn = rho (f - a_w) . n at the wall      (3)
+ *
+ * Units      spacing > 0 [m], that of the fluid
+ * Ownership  holds references to wall and interpolator; the caller destroys *out
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT a NULL, spacing not finite or <= 0, dimensions that differ;
+ *            SPH_E_UNSUPPORTED a corner that has no mirror rule; SPH_E_MEMORY
+ * Source     Huang et al. (2019), section 2.2; Marrone et al. (2011); differs: (3) has the wall's
+ *            acceleration and the vector from mirror to ghost, where the paper prints d and 2 d
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_boundary_create(sph_context *context, sph_wall *wall,
+                                                     double spacing,
+                                                     sph_interpolator *interpolator,
+                                                     sph_boundary **out);
+
+/** Release the caller's reference and set *boundary to NULL. NULL is allowed.
+ *
+ * Parallel   not while another call uses the context
+ * Errors     none
+ * Since      0.1
+ */
+SPH_API void sph_boundary_destroy(sph_boundary **boundary);
+
+/** Add the ghosts of another wall, before an integrator uses the boundary.
+ *
+ * Ownership  holds a reference to wall
+ * Parallel   not while another call uses the context
+ * Errors     as sph_boundary_create; SPH_E_ARGUMENT an integrator uses the boundary already
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_boundary_add_wall(sph_boundary *boundary, sph_wall *wall);
+
+/** Forbid suction: pressures of ghosts below zero become zero (off until called).
+ *
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT boundary is NULL
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_boundary_set_no_suction(sph_boundary *boundary, bool on);
+
+/** Kernel sum at the mirror point below which a ghost gets zero pressure and the wall's velocity.
+ *
+ * Units      0 <= threshold < 0.5; 0.05 until called
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT boundary NULL, threshold not finite or out of range
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_boundary_set_thin_threshold(sph_boundary *boundary,
+                                                                 double threshold);
+
+/** Number of ghosts; 0 if boundary is NULL.
+ *
+ * Parallel   thread-safe for reading
+ * Errors     none
+ * Since      0.1
+ */
+SPH_API int64_t sph_boundary_count(const sph_boundary *boundary);
+
+/** How the ghosts got their values at the last evaluation.
+ *
+ * Ownership  fills *counts
+ * Parallel   thread-safe for reading
+ * Errors     SPH_E_ARGUMENT a NULL
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_boundary_get_counts(const sph_boundary *boundary,
+                                                         sph_boundary_counts *counts);
+
+/** Read one value of every ghost.
+ *
+ * Shape      values [count] or [count, dim] as sph_ghost_value says; size = number of doubles
+ * Units      SI, see sph_ghost_value
+ * Ownership  copies into the caller's array
+ * Parallel   thread-safe for reading
+ * Errors     SPH_E_ARGUMENT a NULL, unknown value, size not that of the value
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_boundary_read(const sph_boundary *boundary,
+                                                   sph_ghost_value what, double *values,
+                                                   int64_t size);
+
+/** Force of the fluid on one wall at the last evaluation: integral of the wall pressure.
+ *
+ *     F = sum_k p_k A_k n_k,   p_k = I[p] + rho0 (f - a_w) . (x_w - x_m)
+ *
+ * Shape      wall: number in the order of adding, from 0; force [dim]
+ * Units      N (N/m in 2D), on the wall: positive towards the solid
+ * Ownership  copies into the caller's array
+ * Parallel   thread-safe for reading
+ * Errors     SPH_E_ARGUMENT a NULL, no such wall
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_boundary_read_force(const sph_boundary *boundary, int wall,
+                                                         double *force);
+
+SPH_END_DECLS
+
+#endif

@@ -1,0 +1,39 @@
+/* Points at which fields are interpolated again and again: mirror points, probes, gauges. They keep
+ * their clusters while they do not move among themselves, and their list while the fluid's holds. */
+#ifndef SPHI_GATHER_IMPL_H
+#define SPHI_GATHER_IMPL_H
+
+#include "interpolator/interpolator_impl.h"
+
+typedef struct sphi_gather {
+  int32_t n;
+  double *x[SPHI_MAX_DIM]; /* [n] in the order the owner gave */
+  int64_t capacity;
+  sphi_columns columns;    /* columns.order: place in cluster order -> point */
+  sphi_clusters clusters;
+  sphi_list list;
+  void *record;            /* packed positions in cluster order */
+  int64_t record_capacity;
+  sphi_interpolation work; /* results in cluster order */
+} sphi_gather;
+
+void sphi_gather_free(sph_context *context, sphi_gather *gather);
+/* Makes room for n points; x[d] can then be filled in. */
+sph_status sphi_gather_reserve(sph_context *context, sphi_gather *gather,
+                               const sph_interpolator *interpolator, int dim, int32_t n,
+                               size_t real_size);
+/* Sorts the points at their present places into clusters. */
+sph_status sphi_gather_sort(sph_context *context, sphi_gather *gather, const sphi_frame *frame,
+                            const sphi_variant *variant, double spacing, double radius);
+/* Lists the sources within `radius` of every cluster. */
+sph_status sphi_gather_list(sph_context *context, sphi_gather *gather, const sphi_frame *frame,
+                            const sphi_columns *sources, double radius);
+/* Packs the points' present places and interpolates the fields of the fluid records there. */
+void sphi_gather_evaluate(sph_context *context, sphi_gather *gather, const sphi_frame *frame,
+                          const sph_interpolator *interpolator, const sphi_variant *variant,
+                          const void *record);
+
+/* Side of the columns that makes clusters of `lanes` particles compact. */
+double sphi_column_width(int dim, int lanes, double spacing);
+
+#endif

@@ -1,0 +1,62 @@
+/* Interpolators from the inside: evaluation at clustered target points with the pair sweep. */
+#ifndef SPHI_INTERPOLATOR_IMPL_H
+#define SPHI_INTERPOLATOR_IMPL_H
+
+#include <sph/interpolator.h>
+
+#include "sweep/variant.h"
+
+struct sph_interpolator {
+  sph_context *context;
+  int references;
+  sph_interpolator_type type;
+  sph_kernel *kernel;
+  bool compensation; /* hydrostatic compensation (HC), on by default */
+  double mu;         /* improved Shepard: w = r^-mu exp(-mu (r/a)^2 / (1 - (r/R)^lambda)) */
+  double lambda;
+  double scale;      /* a / R */
+};
+
+void sphi_interpolator_retain(sph_interpolator *interpolator);
+
+/* Results and scratch of one evaluation at n targets, in the targets' cluster order. */
+typedef struct sphi_interpolation {
+  int dim;
+  int32_t n;
+  double *value;       /* [dim + 1][n] pressure, velocity: field f of target k at value[f * n + k] */
+  double *moment;      /* [dim][n] sum_j phi_j (x_j - x_k) [m]; zero on the linear rung, and without
+                          compensation. I[f] - gradient . moment is exact for linear f */
+  double *gamma;       /* [n] sum_j W V_j over the sources: 1 with full support */
+  int32_t *neighbours; /* [n] sources inside the support */
+  uint8_t *rung;       /* [n] sph_interpolator_rung that gave the value */
+  int64_t capacity;    /* of n, for the arrays above */
+  double *sums;        /* scratch of the operators */
+  int64_t sums_capacity;
+  int32_t *retry;      /* [n] scratch: clusters that go down the ladder */
+} sphi_interpolation;
+
+void sphi_interpolation_free(sph_context *context, sphi_interpolation *work);
+/* Makes room for n targets; evaluations of at most n targets then allocate nothing. */
+sph_status sphi_interpolation_reserve(const sph_interpolator *interpolator, int dim, int32_t n,
+                                      sphi_interpolation *work);
+/* Evaluates f0..f[dim] of the sources' records (sweep->source[0]) at the targets. sweep->kernel is
+ * set by the callee to the interpolator's kernel. Never fails: every target gets a rung. */
+void sphi_interpolate(const sph_interpolator *interpolator, const sphi_variant *variant,
+                      sphi_sweep *sweep, sphi_interpolation *work);
+
+/* What the public evaluations do, with any variant. */
+typedef struct sphi_evaluation {
+  const sph_particles *source;
+  int64_t points;
+  const double *at; /* [points, dim] */
+  int fields;
+  const char *const *names;
+  const double *gradient; /* [dim] known gradient of the one scalar field, or NULL */
+  double *values;         /* [points, components] */
+  int *rungs;             /* [points] or NULL */
+} sphi_evaluation;
+
+sph_status sphi_interpolator_evaluate(const sph_interpolator *interpolator,
+                                      const sphi_variant *variant, const sphi_evaluation *evaluation);
+
+#endif

@@ -1,0 +1,21 @@
+/* Normalised kernel, Huang et al. (2019) eq. (14)-(15): w = W V. */
+#define OPERATOR normalized
+#include "interpolator/ops.h"
+#include "sweep/pair.h"
+
+typedef struct op_targets {
+  int unused;
+} op_targets;
+
+SPHI_INLINE void op_load(const sphi_interpolation_arguments *a, const int dim, const real *record,
+                         const int stride, op_targets *t) {
+  (void)a, (void)dim, (void)record, (void)stride;
+  t->unused = 0;
+}
+
+SPHI_INLINE vreal op_weight(const int dim, const op_targets *t, const real *source, const pair *g) {
+  (void)t;
+  return g->w * source[SPHI_RECORD_V(dim)];
+}
+
+#include "interpolator/weighted.inc.c"

@@ -1,0 +1,49 @@
+/* Walls from the inside: what the boundary needs of them. */
+#ifndef SPHI_WALL_IMPL_H
+#define SPHI_WALL_IMPL_H
+
+#include <sph/wall.h>
+
+#include "core/internal.h"
+
+/* Ghost points behind a wall in its reference position (displacement zero), n of them. All vectors
+ * [n, dim]. mirror = 2 foot - x but where the foot is an edge with less than 90 degrees of fluid. */
+typedef struct sphi_ghost_points {
+  int dim;
+  int64_t n, capacity;
+  double *x, *mirror; /* the ghost, and its image in the fluid */
+  double *foot;       /* the nearest point of the wall */
+  double *normal;     /* unit vector of x - foot: out of the fluid */
+  double *volume;     /* [n] m^dim */
+  /* [n] m^(dim-1): the piece of wall surface that the ghost stands for in force sums; 0 but for the
+   * first layer on facets. */
+  double *area;
+  uint8_t *vertex; /* [n] 1 where the foot is an edge or corner: the whole velocity reflects */
+  int64_t skipped; /* places left out because they or their mirror are on the wrong side */
+} sphi_ghost_points;
+
+void sphi_wall_retain(sph_wall *wall);
+int sphi_wall_dim(const sph_wall *wall);
+const char *sphi_wall_name(const sph_wall *wall);
+bool sphi_wall_no_slip(const sph_wall *wall);
+bool sphi_wall_moves(const sph_wall *wall);
+/* Appends the ghosts of `wall` in ceil(depth/spacing) layers at spacing/2, 3/2 spacing ... from it;
+ * out is zeroed by the caller before its first use and holds ghosts of one dimension. Errors:
+ * SPH_E_ARGUMENT spacing or depth not > 0, more than 2^31 - 1 ghosts; SPH_E_MEMORY; out->n is then as
+ * before. */
+sph_status sphi_wall_make_ghosts(const sph_wall *wall, double spacing, double depth,
+                                 sphi_ghost_points *out);
+void sphi_ghost_points_free(sph_context *context, sphi_ghost_points *points);
+/* Displacement, velocity, acceleration [dim] at time t; zeros for a fixed wall. A result that is
+ * not finite is SPH_E_ARGUMENT. */
+sph_status sphi_wall_motion_at(const sph_wall *wall, double t, double *displacement,
+                               double *velocity, double *acceleration);
+/* Signed distance [m] to the wall in its reference position: positive in the fluid; by the nearest
+ * point of the wall, so far from an open wall's ends the sign means little. */
+double sphi_wall_distance(const sph_wall *wall, const double *x);
+/* The open ends of a 2D wall in reference position: points [SPHI_WALL_MAX_ENDS, 2]; returns how
+ * many: 0, 2, or 4 for a box with two opposite open sides; 0 in 3D. */
+#define SPHI_WALL_MAX_ENDS 4
+int sphi_wall_open_ends(const sph_wall *wall, double *points);
+
+#endif

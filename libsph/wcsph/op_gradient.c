@@ -1,0 +1,128 @@
+/* First pass over the pairs of delta-SPH, METHODS: Huang et al. (2019) eq. (6):
+ *
+ *   M_i = sum_j V_j x_ji (x) grad_i W_ij,   L_i = M_i^-1                                     (1)
+ *   <grad rho>_i^L = L_i sum_j (rho_j - rho_i) grad_i W_ij V_j                               (2)
+ *   D_i = sum_j (u_j - u_i) . grad_i W_ij V_j                                                (3)
+ *
+ * (1) and (2) over the fluid only: with one-sided support the pair terms of the density diffusion
+ * still cancel for a linear density. (3) over fluid and ghosts.
+ */
+#define OPERATOR gradient
+#include "sweep/pair.h"
+#include "wcsph/ops.h"
+
+typedef sphi_gradient_arguments op_arguments;
+#define OP_STRIDE(dim) SPHI_RECORD(dim)
+#define OP_STRIDE_SECOND(dim) SPHI_GHOST(dim)
+
+typedef struct op_targets {
+  vreal v[3], d;
+} op_targets;
+
+typedef struct op_sums {
+  vreal m[6]; /* xx yy xy | xx yy zz xy xz yz */
+  vreal b[3];
+  vreal divergence;
+} op_sums;
+
+SPHI_INLINE void op_load(const op_arguments *a, const int dim, const real *record, const int stride,
+                         op_targets *t) {
+  (void)a;
+  for (int d = 0; d < dim; d++) t->v[d] = pair_lanes(record, stride, SPHI_RECORD_F(dim) + 1 + d);
+  t->d = pair_lanes(record, stride, SPHI_RECORD_D(dim));
+}
+
+SPHI_INLINE void op_pair(const op_arguments *a, const int dim, const op_targets *t,
+                         const real *source, const pair *g, op_sums *s) {
+  (void)a;
+  const vreal gwv = g->gw * source[SPHI_RECORD_V(dim)];
+  const real *v = source + SPHI_RECORD_F(dim) + 1;
+  const vreal difference = gwv * (source[SPHI_RECORD_D(dim)] - t->d);
+  vreal approach = v_set(0);
+  for (int d = 0; d < dim; d++) {
+    approach += (v[d] - t->v[d]) * g->dx[d];
+    s->b[d] += difference * g->dx[d];
+  }
+  s->divergence += gwv * approach;
+  /* x_ji (x) grad W = -gw dx (x) dx; the sign is put in at the end. */
+  const vreal gx = gwv * g->dx[0], gy = gwv * g->dx[1];
+  s->m[0] += gx * g->dx[0];
+  s->m[1] += gy * g->dx[1];
+  if (dim == 2) {
+    s->m[2] += gx * g->dx[1];
+  } else {
+    const vreal gz = gwv * g->dx[2];
+    s->m[2] += gz * g->dx[2];
+    s->m[3] += gx * g->dx[1];
+    s->m[4] += gx * g->dx[2];
+    s->m[5] += gy * g->dx[2];
+  }
+}
+
+SPHI_INLINE void op_pair_second(const op_arguments *a, const int dim, const op_targets *t,
+                                const real *source, const pair *g, op_sums *s) {
+  (void)a;
+  const real *v = source + SPHI_RECORD_F(dim) + 1;
+  vreal approach = v_set(0);
+  for (int d = 0; d < dim; d++) approach += (v[d] - t->v[d]) * g->dx[d];
+  s->divergence += g->gw * source[SPHI_RECORD_V(dim)] * approach;
+}
+
+/* Smallest eigenvalue of a symmetric matrix {xx yy xy}. */
+static double smallest_eigenvalue_2(const double m[3]) {
+  return 0.5 * (m[0] + m[1]) - sqrt(0.25 * (m[0] - m[1]) * (m[0] - m[1]) + m[2] * m[2]);
+}
+
+/* Smallest eigenvalue of {xx yy zz xy xz yz} by the trigonometric solution of its cubic. */
+static double smallest_eigenvalue_3(const double m[6]) {
+  const double mean = (m[0] + m[1] + m[2]) / 3;
+  const double a = m[0] - mean, b = m[1] - mean, c = m[2] - mean;
+  const double off = m[3] * m[3] + m[4] * m[4] + m[5] * m[5];
+  const double p = sqrt((a * a + b * b + c * c + 2 * off) / 6);
+  if (p < 1e-12) return mean;
+  const double determinant = a * (b * c - m[5] * m[5]) - m[3] * (m[3] * c - m[5] * m[4]) +
+                             m[4] * (m[3] * m[5] - b * m[4]);
+  double cosine = determinant / (2 * p * p * p);
+  cosine = cosine < -1 ? -1 : cosine > 1 ? 1 : cosine;
+  return mean + 2 * p * cos(acos(cosine) / 3 + 2.0943951023931953);
+}
+
+static void solve_2(const double m[3], const double b[2], double g[2]) {
+  const double determinant = m[0] * m[1] - m[2] * m[2];
+  g[0] = (m[1] * b[0] - m[2] * b[1]) / determinant;
+  g[1] = (m[0] * b[1] - m[2] * b[0]) / determinant;
+}
+
+static void solve_3(const double m[6], const double b[3], double g[3]) {
+  const double c00 = m[1] * m[2] - m[5] * m[5], c01 = m[4] * m[5] - m[3] * m[2];
+  const double c02 = m[3] * m[5] - m[1] * m[4], c11 = m[0] * m[2] - m[4] * m[4];
+  const double c12 = m[3] * m[4] - m[0] * m[5], c22 = m[0] * m[1] - m[3] * m[3];
+  const double determinant = m[0] * c00 + m[3] * c01 + m[4] * c02;
+  g[0] = (c00 * b[0] + c01 * b[1] + c02 * b[2]) / determinant;
+  g[1] = (c01 * b[0] + c11 * b[1] + c12 * b[2]) / determinant;
+  g[2] = (c02 * b[0] + c12 * b[1] + c22 * b[2]) / determinant;
+}
+
+SPHI_INLINE void op_store(const op_arguments *a, const int dim, int32_t first, int32_t count,
+                          const op_targets *t, const op_sums *s) {
+  (void)t;
+  for (int32_t l = 0; l < count; l++) {
+    a->divergence[first + l] = (double)s->divergence[l];
+    if (!a->record) continue;
+    double m[6], b[3], g[3] = {0, 0, 0};
+    for (int k = 0; k < (dim == 2 ? 3 : 6); k++) m[k] = -(double)s->m[k][l];
+    for (int d = 0; d < dim; d++) b[d] = (double)s->b[d][l];
+    const double lambda = dim == 2 ? smallest_eigenvalue_2(m) : smallest_eigenvalue_3(m);
+    a->lambda[first + l] = lambda;
+    if (lambda >= a->lambda_min) {
+      if (dim == 2)
+        solve_2(m, b, g);
+      else
+        solve_3(m, b, g);
+    }
+    real *record = (real *)a->record + (int64_t)(first + l) * SPHI_RECORD(dim) + SPHI_RECORD_G(dim);
+    for (int d = 0; d < dim; d++) record[d] = (real)g[d];
+  }
+}
+
+#include "sweep/pair_loop.inc.c"

@@ -1,0 +1,54 @@
+/* The convective part of delta-SPH alone, for the later stages of Runge-Kutta steps with frozen
+ * diffusion: a_i = -(1/rho_i) sum_j (p_i + p_j) grad_i W_ij V_j and
+ * D_i = sum_j (u_j - u_i) . grad_i W_ij V_j, over fluid and ghosts. */
+#define OPERATOR rates
+#include "sweep/pair.h"
+#include "wcsph/ops.h"
+
+typedef sphi_rates_arguments op_arguments;
+#define OP_STRIDE(dim) SPHI_RECORD(dim)
+#define OP_STRIDE_SECOND(dim) SPHI_GHOST(dim)
+
+typedef struct op_targets {
+  vreal v[3], p;
+} op_targets;
+
+typedef struct op_sums {
+  vreal pressure[3], divergence;
+} op_sums;
+
+SPHI_INLINE void op_load(const op_arguments *a, const int dim, const real *record, const int stride,
+                         op_targets *t) {
+  (void)a;
+  t->p = pair_lanes(record, stride, SPHI_RECORD_F(dim));
+  for (int d = 0; d < dim; d++) t->v[d] = pair_lanes(record, stride, SPHI_RECORD_F(dim) + 1 + d);
+}
+
+/* Fluid and ghost records start alike, so one function serves both. */
+SPHI_INLINE void op_pair(const op_arguments *a, const int dim, const op_targets *t,
+                         const real *source, const pair *g, op_sums *s) {
+  (void)a;
+  const vreal gwv = g->gw * source[SPHI_RECORD_V(dim)];
+  const vreal pressure = gwv * (t->p + source[SPHI_RECORD_F(dim)]);
+  const real *v = source + SPHI_RECORD_F(dim) + 1;
+  vreal approach = v_set(0);
+  for (int d = 0; d < dim; d++) {
+    approach += (v[d] - t->v[d]) * g->dx[d];
+    s->pressure[d] += pressure * g->dx[d];
+  }
+  s->divergence += gwv * approach;
+}
+#define op_pair_second op_pair
+
+SPHI_INLINE void op_store(const op_arguments *a, const int dim, int32_t first, int32_t count,
+                          const op_targets *t, const op_sums *s) {
+  (void)t;
+  for (int32_t l = 0; l < count; l++) {
+    const int32_t i = first + l;
+    for (int d = 0; d < dim; d++)
+      a->acceleration[d][i] = -(double)s->pressure[d][l] / a->rho[i];
+    a->divergence[i] = (double)s->divergence[l];
+  }
+}
+
+#include "sweep/pair_loop.inc.c"

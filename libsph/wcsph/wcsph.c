@@ -1,0 +1,343 @@
+/* The handle of weakly compressible SPH: settings, start, energies. */
+#include "wcsph/wcsph_impl.h"
+
+static const sphi_method method;
+
+#define SETTER(flow)                                                                           \
+  if (!(flow)) return SPH_E_ARGUMENT;                                                          \
+  sph_context *context = (flow)->context;                                                      \
+  SPH_CHECK(context, (flow)->method == &method, SPH_E_TYPE,                                    \
+            "integrator: this setting is of \"wcsph\", the integrator is \"%s\"",              \
+            (flow)->method->name);                                                             \
+  wcsph *w = wcsph_of(flow)
+
+double sphi_wcsph_pressure(const wcsph *w, double rho) {
+  if (w->equation == SPH_EOS_LINEAR) return w->c0 * w->c0 * (rho - w->rho0);
+  return w->rho0 * w->c0 * w->c0 / w->gamma * (pow(rho / w->rho0, w->gamma) - 1);
+}
+
+double sphi_wcsph_density(const wcsph *w, double p) {
+  const double stiffness = w->rho0 * w->c0 * w->c0;
+  const double rho = w->equation == SPH_EOS_LINEAR
+                         ? w->rho0 + p / (w->c0 * w->c0)
+                         : w->rho0 * pow(1 + w->gamma * p / stiffness, 1 / w->gamma);
+  return rho > 0 ? rho : NAN;
+}
+
+static void destroy(sph_integrator *flow) {
+  wcsph *w = wcsph_of(flow);
+  sph_context *context = flow->context;
+  sph_boundary_destroy(&w->boundary);
+  sphi_list_free(context, &w->ghost_list);
+  for (int k = 0; k < WCSPH_ARRAYS; k++) sphi_free(context, w->array[k]);
+  sphi_free(context, w->block);
+  sphi_free(context, w);
+  flow->data = NULL;
+}
+
+/* The acceleration is a field, so that it is sorted with the particles and callers can read it. */
+static sph_status acceleration_field(sph_particles *particles, int *number) {
+  static const char *const name = "acceleration";
+  for (int pass = 0; pass < 2; pass++) {
+    for (int k = 0; k < particles->fields; k++) {
+      if (strcmp(particles->field[k].name, name)) continue;
+      SPH_CHECK(particles->context, particles->field[k].components == particles->dim, SPH_E_ARGUMENT,
+                "particles \"%s\": field \"acceleration\" must have %d components, it has %d",
+                particles->name, particles->dim, particles->field[k].components);
+      *number = k;
+      return SPH_OK;
+    }
+    SPH_TRY(sph_particles_add_field(particles, name, particles->dim, "m/s^2"));
+  }
+  return SPH_E_INTERNAL;
+}
+
+sph_status sph_wcsph_create(sph_context *context, sph_kernel *kernel, sph_particles *particles,
+                            sph_boundary *boundary, sph_integrator **out) {
+  if (out) *out = NULL;
+  if (!context) return SPH_E_ARGUMENT;
+  SPH_CHECK(context, kernel && particles && out, SPH_E_ARGUMENT, "wcsph: %s is NULL",
+            !kernel ? "kernel" : !particles ? "particles" : "out");
+  SPH_CHECK(context, kernel->dim == particles->dim, SPH_E_ARGUMENT,
+            "wcsph: the kernel has dimension %d, particles \"%s\" have %d", kernel->dim,
+            particles->name, particles->dim);
+  SPH_CHECK(context, particles->n > 0, SPH_E_ARGUMENT,
+            "wcsph: particles \"%s\" are none; fill the set first", particles->name);
+  if (boundary) {
+    SPH_CHECK(context, boundary->dim == particles->dim, SPH_E_ARGUMENT,
+              "wcsph: the boundary has dimension %d, particles \"%s\" have %d", boundary->dim,
+              particles->name, particles->dim);
+    SPH_CHECK(context, boundary->interpolator->kernel->support >= kernel->support * (1 - 1e-12),
+              SPH_E_ARGUMENT,
+              "wcsph: ghosts lie %g m deep, the kernel's support is %g m; give the interpolator a "
+              "kernel of at least that support",
+              boundary->interpolator->kernel->support, kernel->support);
+  }
+  int acceleration = 0;
+  SPH_TRY(acceleration_field(particles, &acceleration));
+  sph_integrator *flow;
+  SPH_TRY(sphi_integrator_create(context, &method, particles, kernel, &flow));
+  wcsph *w = SPHI_NEW(context, 1, wcsph);
+  if (!w) {
+    sph_integrator_destroy(&flow);
+    return SPHI_ERROR(context, SPH_E_MEMORY, "wcsph: no memory");
+  }
+  flow->data = w;
+  w->acceleration = acceleration;
+  w->boundary = boundary;
+  if (boundary) sphi_boundary_retain(boundary);
+  w->rho0 = 1000;
+  w->gamma = 7;
+  w->equation = SPH_EOS_LINEAR;
+  w->diffusion = SPH_DIFFUSION_DELTA;
+  w->delta = 0.1;
+  w->alpha = 0.02;
+  w->skin = 0.05;
+  w->force.constant[particles->dim - 1] = -9.81;
+  *out = flow;
+  return SPH_OK;
+}
+
+sph_status sph_wcsph_set_sound_speed(sph_integrator *integrator, double c0) {
+  SETTER(integrator);
+  SPH_CHECK(context, isfinite(c0) && c0 > 0, SPH_E_ARGUMENT,
+            "wcsph: sound speed must be > 0 m/s, got %g", c0);
+  const double before = w->c0;
+  w->c0 = c0;
+  const double limit = sph_integrator_stable_dt(integrator);
+  if (integrator->fixed_dt > limit) {
+    w->c0 = before;
+    return SPHI_ERROR(context, SPH_E_ARGUMENT,
+                      "wcsph: with sound speed %g m/s the fixed time step %g s is beyond the stable "
+                      "%g s; call sph_integrator_set_dt first",
+                      c0, integrator->fixed_dt, limit);
+  }
+  integrator->revision = -1;
+  return SPH_OK;
+}
+
+sph_status sph_wcsph_set_reference_density(sph_integrator *integrator, double density) {
+  SETTER(integrator);
+  SPH_CHECK(context, isfinite(density) && density > 0, SPH_E_ARGUMENT,
+            "wcsph: reference density must be > 0 kg/m^3, got %g", density);
+  w->rho0 = density;
+  integrator->revision = -1;
+  return SPH_OK;
+}
+
+sph_status sph_wcsph_set_equation_of_state(sph_integrator *integrator,
+                                           sph_equation_of_state equation, double gamma) {
+  SETTER(integrator);
+  SPH_CHECK(context, equation == SPH_EOS_LINEAR || equation == SPH_EOS_TAIT, SPH_E_ARGUMENT,
+            "wcsph: equation of state must be one of sph_equation_of_state, got %d", (int)equation);
+  SPH_CHECK(context, equation == SPH_EOS_LINEAR || (isfinite(gamma) && gamma > 0), SPH_E_ARGUMENT,
+            "wcsph: gamma must be > 0, got %g", gamma);
+  w->equation = equation;
+  if (equation == SPH_EOS_TAIT) w->gamma = gamma;
+  integrator->revision = -1;
+  return SPH_OK;
+}
+
+sph_status sph_wcsph_set_gravity(sph_integrator *integrator, const double *gravity) {
+  SETTER(integrator);
+  const int dim = integrator->particles->dim;
+  SPH_CHECK(context, gravity, SPH_E_ARGUMENT, "wcsph: gravity is NULL");
+  SPH_CHECK(context, sphi_finite(dim, gravity), SPH_E_ARGUMENT,
+            "wcsph: gravity must be finite, got (%g, %g, %g)", gravity[0], gravity[1],
+            dim == 3 ? gravity[2] : 0.0);
+  memcpy(w->force.constant, gravity, (size_t)dim * sizeof *gravity);
+  w->accelerated = false;
+  return SPH_OK;
+}
+
+sph_status sph_wcsph_set_body_force(sph_integrator *integrator, sph_body_force function,
+                                    void *user) {
+  SETTER(integrator);
+  (void)context;
+  w->force.function = function;
+  w->force.user = user;
+  w->accelerated = false;
+  return SPH_OK;
+}
+
+sph_status sph_wcsph_set_diffusion(sph_integrator *integrator, sph_diffusion kind, double delta) {
+  SETTER(integrator);
+  SPH_CHECK(context, kind >= SPH_DIFFUSION_NONE && kind <= SPH_DIFFUSION_DELTA, SPH_E_ARGUMENT,
+            "wcsph: diffusion must be one of sph_diffusion, got %d", (int)kind);
+  SPH_CHECK(context, delta >= 0 && delta <= 1, SPH_E_ARGUMENT, "wcsph: delta must be 0 to 1, got %g",
+            delta);
+  w->diffusion = kind;
+  w->delta = delta;
+  integrator->revision = -1;
+  return SPH_OK;
+}
+
+sph_status sph_wcsph_set_artificial_viscosity(sph_integrator *integrator, double alpha) {
+  SETTER(integrator);
+  SPH_CHECK(context, alpha >= 0 && alpha <= 1, SPH_E_ARGUMENT, "wcsph: alpha must be 0 to 1, got %g",
+            alpha);
+  w->alpha = alpha;
+  return SPH_OK;
+}
+
+sph_status sph_wcsph_set_laminar_viscosity(sph_integrator *integrator, double nu) {
+  SETTER(integrator);
+  SPH_CHECK(context, isfinite(nu) && nu >= 0, SPH_E_ARGUMENT,
+            "wcsph: viscosity must be >= 0 m^2/s, got %g", nu);
+  w->nu = nu;
+  return SPH_OK;
+}
+
+sph_status sph_wcsph_set_periodic(sph_integrator *integrator, int axis, double lo, double hi) {
+  SETTER(integrator);
+  const int dim = integrator->particles->dim;
+  SPH_CHECK(context, axis >= 0 && axis < dim, SPH_E_ARGUMENT,
+            "wcsph: axis must be 0 to %d, got %d", dim - 1, axis);
+  SPH_CHECK(context, isfinite(lo) && isfinite(hi) && lo < hi, SPH_E_ARGUMENT,
+            "wcsph: periodic box needs lo < hi, got %g and %g m", lo, hi);
+  const double reach = integrator->kernel->support * (1 + w->skin);
+  SPH_CHECK(context, 2 * reach <= hi - lo, SPH_E_ARGUMENT,
+            "wcsph: periodic box of %g m is shorter than twice the support with its skin, %g m",
+            hi - lo, 2 * reach);
+  w->periodic[axis] = true;
+  w->periodic_lo[axis] = lo;
+  w->periodic_hi[axis] = hi;
+  integrator->revision = -1;
+  return SPH_OK;
+}
+
+sph_status sph_wcsph_set_domain(sph_integrator *integrator, const double *lo, const double *hi) {
+  SETTER(integrator);
+  const int dim = integrator->particles->dim;
+  SPH_CHECK(context, lo && hi, SPH_E_ARGUMENT, "wcsph: domain %s is NULL", lo ? "hi" : "lo");
+  for (int d = 0; d < dim; d++)
+    SPH_CHECK(context, isfinite(lo[d]) && isfinite(hi[d]) && lo[d] < hi[d], SPH_E_ARGUMENT,
+              "wcsph: domain needs lo < hi in direction %d, got %g and %g m", d, lo[d], hi[d]);
+  memcpy(w->domain_lo, lo, (size_t)dim * sizeof *lo);
+  memcpy(w->domain_hi, hi, (size_t)dim * sizeof *hi);
+  w->domain_given = true;
+  return SPH_OK;
+}
+
+sph_status sph_wcsph_set_skin(sph_integrator *integrator, double skin) {
+  SETTER(integrator);
+  SPH_CHECK(context, skin >= 0.001 && skin <= 0.5, SPH_E_ARGUMENT,
+            "wcsph: skin must be 0.001 to 0.5 of the support, got %g", skin);
+  for (int d = 0; d < integrator->particles->dim; d++) {
+    const double length = w->periodic_hi[d] - w->periodic_lo[d];
+    const double reach = integrator->kernel->support * (1 + skin);
+    SPH_CHECK(context, !w->periodic[d] || 2 * reach <= length, SPH_E_ARGUMENT,
+              "wcsph: periodic box of %g m is shorter than twice the support with its skin, %g m",
+              length, 2 * reach);
+  }
+  w->skin = skin;
+  integrator->revision = -1;
+  return SPH_OK;
+}
+
+sph_status sph_wcsph_density_of_pressure(const sph_integrator *integrator, int64_t n,
+                                         const double *pressure, double *density) {
+  SETTER(integrator);
+  SPH_CHECK(context, pressure && density, SPH_E_ARGUMENT, "wcsph: %s is NULL",
+            pressure ? "density" : "pressure");
+  SPH_CHECK(context, n >= 0, SPH_E_ARGUMENT, "wcsph: n must be >= 0, got %lld", (long long)n);
+  SPH_CHECK(context, w->c0 > 0, SPH_E_ARGUMENT,
+            "wcsph: the sound speed is not set; call sph_wcsph_set_sound_speed");
+  for (int64_t i = 0; i < n; i++)
+    SPH_CHECK(context, isfinite(sphi_wcsph_density(w, pressure[i])), SPH_E_ARGUMENT,
+              "wcsph: no density gives pressure %g Pa (entry %lld)", pressure[i], (long long)i);
+  for (int64_t i = 0; i < n; i++) density[i] = sphi_wcsph_density(w, pressure[i]);
+  return SPH_OK;
+}
+
+sph_status sph_wcsph_start_from_pressure(sph_integrator *integrator, int64_t n,
+                                         const double *pressure) {
+  SETTER(integrator);
+  sph_particles *particles = integrator->particles;
+  SPH_CHECK(context, pressure, SPH_E_ARGUMENT, "wcsph: pressure is NULL");
+  SPH_CHECK(context, n == particles->n, SPH_E_ARGUMENT,
+            "wcsph: %lld pressures for %d particles", (long long)n, particles->n);
+  SPH_CHECK(context, w->c0 > 0, SPH_E_ARGUMENT,
+            "wcsph: the sound speed is not set; call sph_wcsph_set_sound_speed");
+  for (int64_t i = 0; i < n; i++)
+    SPH_CHECK(context, isfinite(sphi_wcsph_density(w, pressure[i])), SPH_E_ARGUMENT,
+              "wcsph: no density gives pressure %g Pa (entry %lld)", pressure[i], (long long)i);
+  double *rho = particles->field[SPHI_RHO].data[0], *m = particles->field[SPHI_M].data[0];
+  double *p = particles->field[SPHI_P].data[0], *volume = particles->field[SPHI_VOL].data[0];
+  for (int64_t k = 0; k < n; k++) {
+    const sph_index i = particles->slot[k];
+    rho[i] = sphi_wcsph_density(w, pressure[k]);
+    m[i] = rho[i] * volume[i];
+    p[i] = pressure[k];
+  }
+  particles->revision++;
+  return SPH_OK;
+}
+
+/* Energy stored per mass between rho0 and rho: the integral of p / rho^2. */
+static double stored_energy(const wcsph *w, double rho) {
+  const double ratio = rho / w->rho0, c2 = w->c0 * w->c0;
+  if (w->equation == SPH_EOS_LINEAR || fabs(w->gamma - 1) < 1e-12)
+    return c2 * (log(ratio) + 1 / ratio - 1);
+  const double g = w->gamma;
+  return c2 / g * ((pow(ratio, g - 1) - 1) / (g - 1) + 1 / ratio - 1);
+}
+
+sph_status sph_wcsph_get_energy(const sph_integrator *integrator, sph_energy *energy) {
+  SETTER(integrator);
+  SPH_CHECK(context, energy, SPH_E_ARGUMENT, "wcsph: energy is NULL");
+  SPH_CHECK(context, w->c0 > 0, SPH_E_ARGUMENT,
+            "wcsph: the sound speed is not set; call sph_wcsph_set_sound_speed");
+  const sph_particles *particles = integrator->particles;
+  double **x = particles->field[SPHI_X].data, **v = particles->field[SPHI_V].data;
+  const double *m = particles->field[SPHI_M].data[0], *rho = particles->field[SPHI_RHO].data[0];
+  sph_energy sum = {0};
+  for (int32_t i = 0; i < particles->n; i++) {
+    double v2 = 0, gx = 0;
+    for (int d = 0; d < particles->dim; d++) {
+      v2 += v[d][i] * v[d][i];
+      gx += w->force.constant[d] * x[d][i];
+    }
+    sum.kinetic += 0.5 * m[i] * v2;
+    sum.potential -= m[i] * gx;
+    sum.compressible += m[i] * stored_energy(w, rho[i]);
+  }
+  sum.total = sum.kinetic + sum.potential + sum.compressible;
+  *energy = sum;
+  return SPH_OK;
+}
+
+/* Second moment of the kernel per direction over h^2: its square root is the width that sets how
+ * short a wave the lattice feels. */
+static double second_moment(const sph_kernel *kernel) {
+  enum { INTERVALS = 400 };
+  double sum = 0;
+  for (int k = 0; k < INTERVALS; k++) { /* midpoint rule: ample for a stability limit */
+    const double q = kernel->ratio * (k + 0.5) / INTERVALS;
+    sum += pow(q, kernel->dim + 1) * sph_kernel_w(kernel, q * kernel->h);
+  }
+  static const double sphere[] = {0, 2, 6.283185307179586, 12.566370614359172};
+  return sphere[kernel->dim] / kernel->dim * sum * kernel->ratio / INTERVALS *
+         pow(kernel->h, kernel->dim);
+}
+
+/* The limits of the von Neumann analysis for the built-in kernels (docs/theory/time_stepping.md) are
+ * between 1 and 1.03 times these. */
+static double stable_courant(const sph_integrator *flow, sph_stepper stepper) {
+  return (stepper == SPH_STEPPER_RK4 ? 4.46 : 2.99) * sqrt(second_moment(flow->kernel));
+}
+
+static double stable_dt(const sph_integrator *flow, double courant) {
+  const wcsph *w = wcsph_of(flow);
+  return w && w->c0 > 0 ? courant * flow->kernel->h / w->c0 : 0;
+}
+
+static const sphi_method method = {
+    .name = "wcsph",
+    .refresh = sphi_wcsph_refresh,
+    .limit = sphi_wcsph_limit,
+    .step = sphi_wcsph_step,
+    .stable_courant = stable_courant,
+    .stable_dt = stable_dt,
+    .destroy = destroy,
+};

@@ -1,0 +1,75 @@
+/* Do walls and particles fit together? */
+#include "wcsph/wcsph_impl.h"
+
+/* Distance of particle i to the nearest wall, negative inside a wall; *wall says which. */
+static double wall_distance(const sph_integrator *flow, int32_t i, int *wall) {
+  const sph_boundary *boundary = wcsph_of(flow)->boundary;
+  double nearest = HUGE_VAL;
+  for (int k = 0; k < boundary->walls; k++) {
+    double x[SPHI_MAX_DIM] = {0};
+    for (int d = 0; d < boundary->dim; d++)
+      x[d] = flow->particles->field[SPHI_X].data[d][i] - boundary->state[k].displacement[d];
+    const double distance = sphi_wall_distance(boundary->wall[k], x);
+    if (fabs(distance) >= fabs(nearest)) continue;
+    nearest = distance;
+    *wall = k;
+  }
+  return nearest;
+}
+
+sph_status sphi_wcsph_check_walls(sph_integrator *flow) {
+  const sph_boundary *boundary = wcsph_of(flow)->boundary;
+  const sph_particles *particles = flow->particles;
+  const int dim = particles->dim;
+  const double reach = flow->kernel->support;
+  double **x = particles->field[SPHI_X].data;
+  for (sph_index k = 0; k < particles->n; k++) {
+    const sph_index i = particles->slot[k];
+    int wall = 0;
+    const double distance = wall_distance(flow, i, &wall);
+    SPH_CHECK(flow->context, distance > 0 || distance < -reach, SPH_E_ARGUMENT,
+              "particles \"%s\": particle %lld at (%g, %g, %g) m lies %g m inside wall \"%s\"",
+              particles->name, (long long)particles->id[i], x[0][i], x[1][i],
+              dim == 3 ? x[2][i] : 0.0, -distance, sphi_wall_name(boundary->wall[wall]));
+  }
+  for (int w = 0; w < boundary->walls; w++) {
+    double ends[2 * SPHI_WALL_MAX_ENDS];
+    const int count = sphi_wall_open_ends(boundary->wall[w], ends);
+    for (int e = 0; e < count; e++) {
+      for (sph_index i = 0; i < particles->n; i++) {
+        double r2 = 0;
+        for (int d = 0; d < dim; d++) {
+          const double away = x[d][i] - boundary->state[w].displacement[d] - ends[dim * e + d];
+          r2 += away * away;
+        }
+        SPH_CHECK(flow->context, r2 >= reach * reach, SPH_E_ARGUMENT,
+                  "wall \"%s\" ends openly at (%g, %g) m with particle %lld only %g m away: fluid "
+                  "would escape; extend the wall %g m beyond the fluid or close it",
+                  sphi_wall_name(boundary->wall[w]), ends[dim * e], ends[dim * e + 1],
+                  (long long)particles->id[i], sqrt(r2), reach);
+      }
+    }
+  }
+  return SPH_OK;
+}
+
+sph_status sphi_wcsph_check_crossing(sph_integrator *flow) {
+  const wcsph *w = wcsph_of(flow);
+  const sph_particles *particles = flow->particles;
+  double **x = particles->field[SPHI_X].data;
+  for (int32_t c = 0; c < flow->clusters.n; c++) {
+    if (w->ghost_list.entry[c].count == 0) continue;
+    for (int32_t l = 0; l < flow->clusters.count[c]; l++) {
+      const int32_t i = flow->clusters.first[c] + l;
+      int wall = 0;
+      const double distance = wall_distance(flow, i, &wall);
+      SPH_CHECK(flow->context, distance > -0.5 * particles->spacing, SPH_E_DIVERGED,
+                "particles \"%s\": particle %lld at (%g, %g, %g) m, time %g s, crossed wall \"%s\" by "
+                "%g m",
+                particles->name, (long long)particles->id[i], x[0][i], x[1][i],
+                particles->dim == 3 ? x[2][i] : 0.0, flow->stats.time,
+                sphi_wall_name(w->boundary->wall[wall]), -distance);
+    }
+  }
+  return SPH_OK;
+}

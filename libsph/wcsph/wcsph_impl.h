@@ -1,0 +1,65 @@
+/* Weakly compressible SPH from the inside. */
+#ifndef SPHI_WCSPH_IMPL_H
+#define SPHI_WCSPH_IMPL_H
+
+#include <sph/wcsph.h>
+
+#include "boundary/boundary_impl.h"
+#include "integrator/integrator_impl.h"
+#include "wcsph/ops.h"
+
+/* Arrays of one value a particle, in storage order. */
+enum {
+  WCSPH_DIVERGENCE,
+  WCSPH_LAMBDA,
+  WCSPH_DIFFUSION,
+  WCSPH_RATE,      /* D rho / D t of a Runge-Kutta stage */
+  WCSPH_VISCOUS,   /* 3: viscous acceleration, frozen over a Runge-Kutta step */
+  WCSPH_OLD_X = WCSPH_VISCOUS + 3,
+  WCSPH_OLD_V = WCSPH_OLD_X + 3,
+  WCSPH_OLD_RHO = WCSPH_OLD_V + 3,
+  WCSPH_SUM_X,     /* 3: weighted sums of the stages' rates */
+  WCSPH_SUM_V = WCSPH_SUM_X + 3,
+  WCSPH_SUM_RHO = WCSPH_SUM_V + 3,
+  WCSPH_ARRAYS,
+  WCSPH_ARRAYS_PLAIN = WCSPH_RATE /* what steppers other than Runge-Kutta need */
+};
+
+typedef struct wcsph {
+  sph_boundary *boundary; /* NULL: no walls */
+  sphi_list ghost_list;
+  double c0, rho0, gamma, alpha, nu, delta, skin;
+  sph_equation_of_state equation;
+  sph_diffusion diffusion;
+  sphi_body_force force;
+  bool periodic[SPHI_MAX_DIM];
+  double periodic_lo[SPHI_MAX_DIM], periodic_hi[SPHI_MAX_DIM];
+  bool domain_given;
+  double domain_lo[SPHI_MAX_DIM], domain_hi[SPHI_MAX_DIM];
+  double *array[WCSPH_ARRAYS];
+  int64_t array_capacity[WCSPH_ARRAYS];
+  sphi_extremes *block; /* of every UPDATE_BLOCK particles */
+  int64_t block_capacity;
+  int acceleration; /* number of that field */
+  bool prepared;    /* the boundary's arrays are there */
+  bool packed;      /* records hold the state now */
+  bool accelerated; /* the acceleration field belongs to the state now (Verlet) */
+  double travelled; /* how far a particle or wall may have come since the lists were built [m] */
+} wcsph;
+
+enum { UPDATE_BLOCK = 512 };
+
+static inline wcsph *wcsph_of(const sph_integrator *flow) { return flow->data; }
+
+double sphi_wcsph_pressure(const wcsph *w, double rho);
+/* Density of a pressure; NaN if there is none. */
+double sphi_wcsph_density(const wcsph *w, double p);
+sph_status sphi_wcsph_refresh(sph_integrator *flow);
+double sphi_wcsph_limit(const sph_integrator *flow, sph_limiter *limiter);
+sph_status sphi_wcsph_step(sph_integrator *flow, double dt);
+/* The walls and particles fit together: nothing inside a wall, no open end under water. */
+sph_status sphi_wcsph_check_walls(sph_integrator *flow);
+/* Nothing has crossed a wall. */
+sph_status sphi_wcsph_check_crossing(sph_integrator *flow);
+
+#endif
