@@ -58,7 +58,8 @@ static void scene_open(scene *s, int dim, int n, const double *x, double radius)
   SPH_TEST_OK(s->context, sph_particles_create(s->context, dim, 1, &s->particles));
   SPH_TEST_OK(s->context, sph_particles_set_name(s->particles, "water"));
   if (n) SPH_TEST_OK(s->context, sph_particles_add(s->particles, n, start, 1000, NULL));
-  if (n) SPH_TEST_OK(s->context, sph_particles_write(s->particles, SPH_POSITION, x, (int64_t)n * dim));
+  if (n)
+    SPH_TEST_OK(s->context, sph_particles_write(s->particles, SPH_POSITION, x, (int64_t)n * dim));
   free(start);
   SPH_TEST_OK(s->context, sph_search_create(s->context, s->particles, radius, &s->search));
 }
@@ -95,8 +96,7 @@ static double oracle_difference(const scene *s, int d, double a, double b) {
   double least = fabs(a - b);
   if (!s->periodic[d]) return least;
   const double length = s->hi[d] - s->lo[d];
-  for (int image = -4; image <= 4; image++)
-    least = fmin(least, fabs(a - b + image * length));
+  for (int image = -2; image <= 2; image++) least = fmin(least, fabs(a - b + image * length));
   return least;
 }
 
@@ -131,7 +131,8 @@ typedef struct answers {
 } answers;
 
 static answers answers_open(int n) {
-  const answers a = {malloc(sizeof(near) * (size_t)(n + 1)), malloc(sizeof(sph_index) * (size_t)(n + 1)),
+  const answers a = {malloc(sizeof(near) * (size_t)(n + 1)),
+                     malloc(sizeof(sph_index) * (size_t)(n + 1)),
                      malloc(sizeof(double) * (size_t)(n + 1))};
   CU_ASSERT_FATAL(a.expected && a.index && a.distance);
   return a;
@@ -144,7 +145,8 @@ static void answers_close(answers *a) {
 }
 
 /* Both methods against the oracle: near every stride-th particle, near points, nearest, pairs. */
-static void check_scene(scene *s, int stride, int points, const double *box_lo, const double *box_hi) {
+static void check_scene(scene *s, int stride, int points, const double *box_lo,
+                        const double *box_hi) {
   answers a = answers_open(s->n);
   for (int method = 0; method < 2; method++) {
     SPH_TEST_OK(s->context, sph_search_set_method(s->search, (sph_search_method)method));
@@ -153,8 +155,8 @@ static void check_scene(scene *s, int stride, int points, const double *box_lo, 
     int64_t count, pairs;
     for (int i = 0; i < s->n; i += stride) {
       const int expected = oracle(s, s->x + i * s->dim, s->radius, i, a.expected);
-      SPH_TEST_OK(s->context, sph_search_find_near_particle(s->search, i, s->n, a.index, a.distance,
-                                                            &count));
+      SPH_TEST_OK(s->context,
+                  sph_search_find_near_particle(s->search, i, s->n, a.index, a.distance, &count));
       wrong += differences(a.expected, expected, a.index, a.distance, count);
     }
     uint64_t state = 99;
@@ -165,12 +167,19 @@ static void check_scene(scene *s, int stride, int points, const double *box_lo, 
         x[d] = box_lo[d] - 0.3 * size + 1.6 * size * sph_test_random(&state);
       }
       int expected = oracle(s, x, s->radius, -1, a.expected);
-      SPH_TEST_OK(s->context, sph_search_find_near_point(s->search, x, s->n, a.index, a.distance, &count));
+      SPH_TEST_OK(s->context,
+                  sph_search_find_near_point(s->search, x, s->n, a.index, a.distance, &count));
       wrong += differences(a.expected, expected, a.index, a.distance, count);
-      const int wanted = k % 5 == 0 ? 1 : k % 5 == 1 ? 4 : k % 5 == 2 ? 33 : k % 5 == 3 ? 200 : s->n + 7;
+      const int wanted = k % 5 == 0   ? 1
+                         : k % 5 == 1 ? 4
+                         : k % 5 == 2 ? 33
+                         : k % 5 == 3 ? 200
+                                      : s->n + 7;
       expected = oracle(s, x, HUGE_VAL, -1, a.expected);
-      SPH_TEST_OK(s->context, sph_search_find_nearest(s->search, x, wanted, a.index, a.distance, &count));
-      wrong += differences(a.expected, wanted < expected ? wanted : expected, a.index, a.distance, count);
+      SPH_TEST_OK(s->context,
+                  sph_search_find_nearest(s->search, x, wanted, a.index, a.distance, &count));
+      wrong += differences(a.expected, wanted < expected ? wanted : expected, a.index, a.distance,
+                           count);
     }
     CU_ASSERT_EQUAL(wrong, 0);
     int64_t expected_pairs = 0;
@@ -204,7 +213,7 @@ static void test_random(void) {
       scene_open(&s, dim, POINTS, x, dim == 2 ? 0.06 : 0.13);
       for (int d = 0; d < dim; d++)
         if (mask >> d & 1) scene_periodic(&s, d, 0, 1);
-      check_scene(&s, mask == 0 || mask == (1 << dim) - 1 ? 1 : 17, 40, unit_lo, unit_hi);
+      check_scene(&s, mask == (1 << dim) - 1 ? 1 : 31, 20, unit_lo, unit_hi);
       scene_close(&s);
     }
   }
@@ -248,8 +257,10 @@ static void test_clusters_and_lattices(void) {
     sph_index index[40];
     double distance[40];
     int64_t count;
-    const int middle = dim == 2 ? side * (side / 2) + side / 2 : (side * side + side + 1) * (side / 2);
-    SPH_TEST_OK(s.context, sph_search_find_near_particle(s.search, middle, 40, index, distance, &count));
+    const int middle =
+        dim == 2 ? side * (side / 2) + side / 2 : (side * side + side + 1) * (side / 2);
+    SPH_TEST_OK(s.context,
+                sph_search_find_near_particle(s.search, middle, 40, index, distance, &count));
     CU_ASSERT_EQUAL(count, dim == 2 ? 8 : 26);
     scene_close(&s);
     scene_open(&s, dim, n, x, 0.125);
@@ -281,7 +292,8 @@ static void test_outliers(void) {
       int64_t count;
       sph_index index = -1;
       double distance;
-      SPH_TEST_OK(s.context, sph_search_find_near_particle(s.search, 0, 1, &index, &distance, &count));
+      SPH_TEST_OK(s.context,
+                  sph_search_find_near_particle(s.search, 0, 1, &index, &distance, &count));
       if (far) CU_ASSERT(count == 1 && index == 397);
       scene_close(&s);
     }
@@ -337,7 +349,7 @@ static void test_room(void) {
   CU_ASSERT_EQUAL(found, 0);
   SPH_TEST_OK(s.context, sph_search_find_nearest(s.search, point, 5, a.index, a.distance, &found));
   CU_ASSERT_EQUAL(found, 5);
-  CU_ASSERT(a.index[5] == a.index[5] && differences(a.expected, 5, a.index, a.distance, 5) == 0);
+  CU_ASSERT(differences(a.expected, 5, a.index, a.distance, 5) == 0);
   answers_close(&a);
   scene_close(&s);
 }
@@ -362,9 +374,10 @@ static void test_insertion_order(void) {
   int wrong = 0;
   for (int i = 0; i < POINTS; i++) {
     int64_t count = 0, other = 0;
-    SPH_TEST_OK(s.context, sph_search_find_near_particle(s.search, place[i], POINTS, a.index, a.distance,
-                                                         &count));
-    SPH_TEST_OK(t.context, sph_search_find_near_particle(t.search, i, POINTS, b.index, b.distance, &other));
+    SPH_TEST_OK(s.context, sph_search_find_near_particle(s.search, place[i], POINTS, a.index,
+                                                         a.distance, &count));
+    SPH_TEST_OK(t.context,
+                sph_search_find_near_particle(t.search, i, POINTS, b.index, b.distance, &other));
     wrong += count != other || memcmp(a.distance, b.distance, (size_t)count * sizeof(double)) != 0;
     for (int64_t k = 0; k < count; k++) wrong += place[b.index[k]] != a.index[k];
   }
@@ -405,9 +418,11 @@ static void test_stale(void) {
   int64_t count = -3;
 #define EVERY_QUERY_IS_STALE(text)                                                               \
   do {                                                                                           \
-    SPH_TEST_STATUS(s.context, sph_search_find_near_point(s.search, x, 20, index, distance, &count), \
+    SPH_TEST_STATUS(s.context,                                                                   \
+                    sph_search_find_near_point(s.search, x, 20, index, distance, &count),        \
                     SPH_E_STALE, text);                                                          \
-    SPH_TEST_STATUS(s.context, sph_search_find_near_particle(s.search, 0, 20, index, distance, &count), \
+    SPH_TEST_STATUS(s.context,                                                                   \
+                    sph_search_find_near_particle(s.search, 0, 20, index, distance, &count),     \
                     SPH_E_STALE, text);                                                          \
     SPH_TEST_STATUS(s.context, sph_search_find_nearest(s.search, x, 3, index, distance, &count), \
                     SPH_E_STALE, text);                                                          \
@@ -426,8 +441,9 @@ static void test_stale(void) {
     if (change == 0) SPH_TEST_OK(s.context, sph_particles_write(s.particles, SPH_POSITION, x, 40));
     if (change == 1) SPH_TEST_OK(s.context, sph_particles_remove(s.particles, 1, &removed));
     if (change == 2) SPH_TEST_OK(s.context, sph_particles_add(s.particles, 1, extra, 1000, NULL));
-    snprintf(text, sizeof text, "built at revision %lld, particles at %lld; call sph_search_update()",
-             built, (long long)sph_particles_revision(s.particles));
+    snprintf(text, sizeof text,
+             "built at revision %lld, particles at %lld; call sph_search_update()", built,
+             (long long)sph_particles_revision(s.particles));
     EVERY_QUERY_IS_STALE(text);
   }
   SPH_TEST_OK(s.context, sph_search_update(s.search));
@@ -478,16 +494,18 @@ static void test_few_particles(void) {
   }
 }
 
-static void test_errors(void) {
+static void test_setting_errors(void) {
   double x[2 * 20];
   random_points(2, 20, 0, 1, 61, x);
   scene s;
   scene_open(&s, 2, 20, x, 0.25);
   sph_context *c = s.context;
   sph_search *none = (sph_search *)(void *)&s;
-  SPH_TEST_STATUS(c, sph_search_create(c, s.particles, 1, NULL), SPH_E_ARGUMENT, "out must not be NULL");
+  SPH_TEST_STATUS(c, sph_search_create(c, s.particles, 1, NULL), SPH_E_ARGUMENT,
+                  "out must not be NULL");
   CU_ASSERT(sph_search_create(NULL, s.particles, 1, &none) == SPH_E_ARGUMENT && !none);
-  SPH_TEST_STATUS(c, sph_search_create(c, NULL, 1, &none), SPH_E_ARGUMENT, "particles must not be NULL");
+  SPH_TEST_STATUS(c, sph_search_create(c, NULL, 1, &none), SPH_E_ARGUMENT,
+                  "particles must not be NULL");
   const double radii[] = {0, -1, NAN, INFINITY, 1e-101, 1e101};
   for (int k = 0; k < 6; k++) {
     none = (sph_search *)(void *)&s;
@@ -505,14 +523,29 @@ static void test_errors(void) {
   SPH_TEST_STATUS(c, sph_search_set_method(s.search, (sph_search_method)2), SPH_E_ARGUMENT,
                   "method must be one of sph_search_method, got 2");
   CU_ASSERT(sph_search_set_periodic(NULL, 0, 0, 1) == SPH_E_ARGUMENT);
-  SPH_TEST_STATUS(c, sph_search_set_periodic(s.search, -1, 0, 1), SPH_E_ARGUMENT, "axis must be 0 to 1, got -1");
-  SPH_TEST_STATUS(c, sph_search_set_periodic(s.search, 2, 0, 1), SPH_E_ARGUMENT, "axis must be 0 to 1, got 2");
+  SPH_TEST_STATUS(c, sph_search_set_periodic(s.search, -1, 0, 1), SPH_E_ARGUMENT,
+                  "axis must be 0 to 1, got -1");
+  SPH_TEST_STATUS(c, sph_search_set_periodic(s.search, 2, 0, 1), SPH_E_ARGUMENT,
+                  "axis must be 0 to 1, got 2");
   const double bounds[][2] = {{1, 1}, {1, 0}, {NAN, 1}, {0, NAN}, {-INFINITY, 1}, {0, INFINITY}};
   for (int k = 0; k < 6; k++)
-    SPH_TEST_STATUS(c, sph_search_set_periodic(s.search, 0, bounds[k][0], bounds[k][1]), SPH_E_ARGUMENT,
-                    "needs finite lo < hi");
-  SPH_TEST_STATUS(c, sph_search_set_periodic(s.search, 1, 0, 0.499), SPH_E_ARGUMENT,
-                  "support larger than half the periodic box along axis 1: radius 0.25 m, box 0.499 m");
+    SPH_TEST_STATUS(c, sph_search_set_periodic(s.search, 0, bounds[k][0], bounds[k][1]),
+                    SPH_E_ARGUMENT, "needs finite lo < hi");
+  SPH_TEST_STATUS(
+      c, sph_search_set_periodic(s.search, 1, 0, 0.499), SPH_E_ARGUMENT,
+      "support larger than half the periodic box along axis 1: radius 0.25 m, box 0.499 m");
+  sph_search_destroy(NULL);
+  none = NULL;
+  sph_search_destroy(&none);
+  scene_close(&s);
+}
+
+static void test_query_errors(void) {
+  double x[2 * 20];
+  random_points(2, 20, 0, 1, 61, x);
+  scene s;
+  scene_open(&s, 2, 20, x, 0.25);
+  sph_context *c = s.context;
   CU_ASSERT(sph_search_update(NULL) == SPH_E_ARGUMENT);
   SPH_TEST_OK(c, sph_search_update(s.search));
   int64_t pairs = 0, pairs_after = 0;
@@ -525,7 +558,8 @@ static void test_errors(void) {
   CU_ASSERT(sph_search_find_near_particle(NULL, 0, 2, index, distance, &count) == SPH_E_ARGUMENT);
   CU_ASSERT(sph_search_find_nearest(NULL, x, 2, index, distance, &count) == SPH_E_ARGUMENT);
   CU_ASSERT(sph_search_count_pairs(NULL, &count) == SPH_E_ARGUMENT);
-  SPH_TEST_STATUS(c, sph_search_count_pairs(s.search, NULL), SPH_E_ARGUMENT, "pairs must not be NULL");
+  SPH_TEST_STATUS(c, sph_search_count_pairs(s.search, NULL), SPH_E_ARGUMENT,
+                  "pairs must not be NULL");
   const double bad[3][2] = {{NAN, 0}, {0, INFINITY}, {1e101, 0}};
   for (int k = 0; k < 3; k++) {
     SPH_TEST_STATUS(c, sph_search_find_near_point(s.search, bad[k], 2, index, distance, &count),
@@ -557,9 +591,6 @@ static void test_errors(void) {
   CU_ASSERT(count == -7 && index[0] == -7 && distance[0] == -7);
   SPH_TEST_OK(c, sph_search_count_pairs(s.search, &pairs_after));
   CU_ASSERT_EQUAL(pairs, pairs_after);
-  sph_search_destroy(NULL);
-  none = NULL;
-  sph_search_destroy(&none);
   scene_close(&s);
 }
 
@@ -610,12 +641,15 @@ static void test_memory(void) {
         status = sph_search_find_nearest(s.search, x, 400, a.index, a.distance, &count);
         CU_ASSERT(status == SPH_OK || count == -7);
       } else {
-        SPH_TEST_STATUS(s.context, sph_search_count_pairs(s.search, &count), SPH_E_STALE, "not built yet");
+        SPH_TEST_STATUS(s.context, sph_search_count_pairs(s.search, &count), SPH_E_STALE,
+                        "not built yet");
       }
       s.counted.fail_at = 0;
       SPH_TEST_OK(s.context, sph_search_update(s.search));
-      SPH_TEST_OK(s.context, sph_search_find_nearest(s.search, x, 400, a.index, a.distance, &count));
-      CU_ASSERT(differences(a.expected, oracle(&s, x, HUGE_VAL, -1, a.expected), a.index, a.distance, count) == 0);
+      SPH_TEST_OK(s.context,
+                  sph_search_find_nearest(s.search, x, 400, a.index, a.distance, &count));
+      CU_ASSERT(differences(a.expected, oracle(&s, x, HUGE_VAL, -1, a.expected), a.index,
+                            a.distance, count) == 0);
     } else {
       CU_ASSERT(s.search == NULL);
     }
@@ -634,8 +668,10 @@ static void test_memory(void) {
     int64_t count;
     SPH_TEST_OK(s.context, sph_search_update(s.search));
     for (int i = 0; i < 400; i += 7) {
-      SPH_TEST_OK(s.context, sph_search_find_near_particle(s.search, i, 400, a.index, a.distance, &count));
-      SPH_TEST_OK(s.context, sph_search_find_nearest(s.search, x + 3 * i, 400, a.index, a.distance, &count));
+      SPH_TEST_OK(s.context,
+                  sph_search_find_near_particle(s.search, i, 400, a.index, a.distance, &count));
+      SPH_TEST_OK(s.context,
+                  sph_search_find_nearest(s.search, x + 3 * i, 400, a.index, a.distance, &count));
     }
     SPH_TEST_OK(s.context, sph_search_count_pairs(s.search, &count));
   }
@@ -673,7 +709,8 @@ SPH_TEST_MAIN("search",
               {"queries after a change of the particles are stale", test_stale},
               {"settings are in force from the next update", test_settings_wait_for_update},
               {"no, one or two coincident particles work", test_few_particles},
-              {"wrong arguments are named and change nothing", test_errors},
+              {"wrong settings are named", test_setting_errors},
+              {"wrong arguments of queries are named and change nothing", test_query_errors},
               {"a particle too far away is named", test_lost_particles},
               {"failed allocations leak nothing, second rounds allocate nothing", test_memory},
               {"a search outlives the caller's references", test_references})

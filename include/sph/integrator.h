@@ -33,6 +33,7 @@ typedef struct sph_integrator_stats {
   int64_t evaluations;        /**< force evaluations */
   int64_t builds;             /**< neighbour lists built */
   int64_t list_entries;       /**< of the fluid's lists now: candidates, a cluster of targets each */
+  int64_t contacts;            /**< times a particle that touched a wall was stopped from entering it */
   double max_speed;           /**< m/s, at the end of the last step */
   double max_acceleration;    /**< m/s^2 */
   double seconds_search;      /**< sorting and lists */

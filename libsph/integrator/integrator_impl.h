@@ -7,6 +7,16 @@
 #include "interpolator/gather_impl.h"
 #include "particles/particles_impl.h"
 
+struct sph_energy;
+
+/* What is around the fluid, for measures that must know. */
+typedef struct sphi_surroundings {
+  const sph_boundary *boundary; /* NULL: no walls */
+  bool periodic[SPHI_MAX_DIM];
+  bool bounded; /* lo and hi are known; in periodic directions they mean nothing */
+  double lo[SPHI_MAX_DIM], hi[SPHI_MAX_DIM];
+} sphi_surroundings;
+
 /* A particle method: one table a method, at the end of its file. */
 typedef struct sphi_method {
   const char *name;
@@ -20,6 +30,11 @@ typedef struct sphi_method {
   double (*stable_courant)(const sph_integrator *flow, sph_stepper stepper);
   double (*stable_dt)(const sph_integrator *flow, double courant);
   void (*destroy)(sph_integrator *flow);
+  /* For measures, each may be NULL. Gradient of pressure in fluid at rest, rho0 times the body force
+   * at x now; the zeroed surroundings are filled in; energies now. */
+  void (*pressure_gradient)(const sph_integrator *flow, const double *x, double *gradient);
+  void (*surroundings)(const sph_integrator *flow, sphi_surroundings *out);
+  sph_status (*energy)(const sph_integrator *flow, struct sph_energy *energy);
 } sphi_method;
 
 /* Called after every step; an error stops the run. Observers are called in the order of adding. */

@@ -64,7 +64,7 @@ static void append_cluster(const int dim, sphi_list_part *part, const sphi_frame
   for (int d = 0; d < dim; d++) {
     const double half = 0.5 * (hi[d] - lo[d]);
     b.unit[d] = (real)frame->unit[d];
-    b.half[d] = (real)(half + 2 * frame->unit[d]);
+    b.half[d] = (real)(half * (1 + 1e-6) + 2 * frame->unit[d]); /* with room for rounding */
     b.center[d] = sphi_frame_fix(frame, d, lo[d] + half) - (vfixed){0};
   }
   b.radius2 = (real)(radius * radius * (1 + 1e-6));
@@ -116,6 +116,10 @@ static void list_rows(sphi_list *list, int32_t part, const sphi_frame *frame,
       append_cluster(2, p, frame, sources, lo, hi, radius, &near);
     else
       append_cluster(3, p, frame, sources, lo, hi, radius, &near);
+    if (near.count > NEAR_ROOM) {
+      p->used = -1;
+      return;
+    }
     list->entry[c] = (sphi_list_entry){offset, part, (int32_t)(p->used - offset)};
   }
 }

@@ -100,6 +100,9 @@ sph_status sphi_list_build(sph_context *context, sphi_list *list, const sphi_fra
     list->total = 0;
     for (int32_t p = 0; p < parts; p++) {
       sphi_list_part *part = &list->part[p];
+      SPH_CHECK(context, part->used >= 0, SPH_E_INTERNAL,
+                "columns %g m wide are too narrow for neighbour lists of radius %g m",
+                sources->width[0], radius);
       list->total += part->used;
       /* A part that ran over has only been counted: make room and build once more. */
       if (part->used + 64 <= part->capacity || part->used == 0) continue;

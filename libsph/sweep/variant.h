@@ -42,7 +42,8 @@ typedef struct sphi_pack {
 
 typedef void (*sphi_pack_function)(const sphi_pack *pack, int32_t begin, int32_t end);
 
-/* Appends, for clusters begin..end-1, the sources near each to one part of the list. */
+/* Appends, for clusters begin..end-1, the sources near each to one part of the list; part->used is -1
+ * if more columns are near than there is room for. */
 typedef void (*sphi_list_function)(sphi_list *list, int32_t part, const sphi_frame *frame,
                                    const sphi_clusters *targets, const sphi_columns *sources,
                                    double radius, int32_t begin, int32_t end);

@@ -70,7 +70,9 @@ SPHI_INLINE vreal v_exp_minus(vreal t) {
   p = 2.40226506959e-1f + f * p;
   p = 6.93147180560e-1f + f * p;
   p = 1.0f + f * p;
-  return (vreal)((vint)p + ((vint)shifted << 23));
+  /* Unsigned: lanes that nobody asked for may hold any t. */
+  typedef uint32_t vbits __attribute__((vector_size(sizeof(real) * SPHI_LANES)));
+  return (vreal)((vbits)p + ((vbits)shifted << 23));
 #endif
 }
 

@@ -85,15 +85,22 @@ sph_status sphi_wall_motion_at(const sph_wall *wall, double t, double *displacem
   return SPH_OK;
 }
 
-double sphi_wall_distance(const sph_wall *wall, const double *x) {
+double sphi_wall_foot(const sph_wall *wall, const double *x, double bound, double *foot) {
   double point[3] = {0}, largest = wall->size;
   for (int d = 0; d < wall->dim; d++) {
     point[d] = x[d];
     largest = fmax(largest, fabs(x[d]));
   }
   sphi_wall_nearest nearest;
-  sphi_wall_find_nearest(wall, point, INFINITY, 1e-12 * largest, &nearest);
+  sphi_wall_find_nearest(wall, point, bound, 1e-12 * largest, &nearest);
+  if (!(nearest.distance <= bound)) return HUGE_VAL;
+  for (int d = 0; d < wall->dim; d++) foot[d] = nearest.foot[d];
   return nearest.side < 0 ? -nearest.distance : nearest.distance;
+}
+
+double sphi_wall_distance(const sph_wall *wall, const double *x) {
+  double foot[3];
+  return sphi_wall_foot(wall, x, INFINITY, foot);
 }
 
 sph_status sph_wall_distance(const sph_wall *wall, double t, const double *x, double *distance) {

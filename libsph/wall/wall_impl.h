@@ -41,6 +41,8 @@ sph_status sphi_wall_motion_at(const sph_wall *wall, double t, double *displacem
 /* Signed distance [m] to the wall in its reference position: positive in the fluid; by the nearest
  * point of the wall, so far from an open wall's ends the sign means little. */
 double sphi_wall_distance(const sph_wall *wall, const double *x);
+/* The same within `bound` of the wall, HUGE_VAL beyond, with the nearest point of the wall in foot. */
+double sphi_wall_foot(const sph_wall *wall, const double *x, double bound, double *foot);
 /* The open ends of a 2D wall in reference position: points [SPHI_WALL_MAX_ENDS, 2]; returns how
  * many: 0, 2, or 4 for a box with two opposite open sides; 0 in 3D. */
 #define SPHI_WALL_MAX_ENDS 4

@@ -332,6 +332,25 @@ static double stable_dt(const sph_integrator *flow, double courant) {
   return w && w->c0 > 0 ? courant * flow->kernel->h / w->c0 : 0;
 }
 
+static void pressure_gradient(const sph_integrator *flow, const double *x, double *gradient) {
+  const wcsph *w = wcsph_of(flow);
+  double f[SPHI_MAX_DIM] = {0};
+  if (w->force.function) w->force.function(flow->stats.time, x, f, w->force.user);
+  for (int d = 0; d < flow->particles->dim; d++)
+    gradient[d] = w->rho0 * (w->force.constant[d] + f[d]);
+}
+
+static void surroundings(const sph_integrator *flow, sphi_surroundings *out) {
+  const wcsph *w = wcsph_of(flow);
+  out->boundary = w->boundary;
+  out->bounded = w->domain_given;
+  for (int d = 0; d < flow->particles->dim; d++) {
+    out->periodic[d] = w->periodic[d];
+    out->lo[d] = w->domain_lo[d];
+    out->hi[d] = w->domain_hi[d];
+  }
+}
+
 static const sphi_method method = {
     .name = "wcsph",
     .refresh = sphi_wcsph_refresh,
@@ -340,4 +359,7 @@ static const sphi_method method = {
     .stable_courant = stable_courant,
     .stable_dt = stable_dt,
     .destroy = destroy,
+    .pressure_gradient = pressure_gradient,
+    .surroundings = surroundings,
+    .energy = sph_wcsph_get_energy,
 };

@@ -1,15 +1,23 @@
-/* Do walls and particles fit together? */
+/* Do walls and particles fit together, and do they stay apart? */
 #include "wcsph/wcsph_impl.h"
 
-/* Distance of particle i to the nearest wall, negative inside a wall; *wall says which. */
-static double wall_distance(const sph_integrator *flow, int32_t i, int *wall) {
+/* Distance of particle i to the nearest wall, negative inside a wall, and which; HUGE_VAL farther away
+ * than `bound`. Beyond the open end of a wall there is no inside. */
+static double wall_distance(const sph_integrator *flow, int32_t i, double bound, int *wall) {
   const sph_boundary *boundary = wcsph_of(flow)->boundary;
+  const int dim = boundary->dim;
   double nearest = HUGE_VAL;
   for (int k = 0; k < boundary->walls; k++) {
-    double x[SPHI_MAX_DIM] = {0};
-    for (int d = 0; d < boundary->dim; d++)
+    double x[SPHI_MAX_DIM] = {0}, foot[SPHI_MAX_DIM] = {0};
+    for (int d = 0; d < dim; d++)
       x[d] = flow->particles->field[SPHI_X].data[d][i] - boundary->state[k].displacement[d];
-    const double distance = sphi_wall_distance(boundary->wall[k], x);
+    double distance = sphi_wall_foot(boundary->wall[k], x, bound, foot);
+    if (distance < 0) {
+      double ends[2 * SPHI_WALL_MAX_ENDS];
+      const int count = sphi_wall_open_ends(boundary->wall[k], ends);
+      for (int e = 0; e < count; e++)
+        if (hypot(foot[0] - ends[2 * e], foot[1] - ends[2 * e + 1]) < 1e-9 * bound) distance = -distance;
+    }
     if (fabs(distance) >= fabs(nearest)) continue;
     nearest = distance;
     *wall = k;
@@ -26,8 +34,8 @@ sph_status sphi_wcsph_check_walls(sph_integrator *flow) {
   for (sph_index k = 0; k < particles->n; k++) {
     const sph_index i = particles->slot[k];
     int wall = 0;
-    const double distance = wall_distance(flow, i, &wall);
-    SPH_CHECK(flow->context, distance > 0 || distance < -reach, SPH_E_ARGUMENT,
+    const double distance = wall_distance(flow, i, reach, &wall);
+    SPH_CHECK(flow->context, distance > 0, SPH_E_ARGUMENT,
               "particles \"%s\": particle %lld at (%g, %g, %g) m lies %g m inside wall \"%s\"",
               particles->name, (long long)particles->id[i], x[0][i], x[1][i],
               dim == 3 ? x[2][i] : 0.0, -distance, sphi_wall_name(boundary->wall[wall]));
@@ -62,7 +70,7 @@ sph_status sphi_wcsph_check_crossing(sph_integrator *flow) {
     for (int32_t l = 0; l < flow->clusters.count[c]; l++) {
       const int32_t i = flow->clusters.first[c] + l;
       int wall = 0;
-      const double distance = wall_distance(flow, i, &wall);
+      const double distance = wall_distance(flow, i, flow->kernel->support, &wall);
       SPH_CHECK(flow->context, distance > -0.5 * particles->spacing, SPH_E_DIVERGED,
                 "particles \"%s\": particle %lld at (%g, %g, %g) m, time %g s, crossed wall \"%s\" by "
                 "%g m",
@@ -72,4 +80,39 @@ sph_status sphi_wcsph_check_crossing(sph_integrator *flow) {
     }
   }
   return SPH_OK;
+}
+
+/* Takes from particle i the speed with which it runs into a wall that it already touches. */
+static bool stop_at_walls(sph_integrator *flow, int32_t i, double reach) {
+  const sph_boundary *boundary = wcsph_of(flow)->boundary;
+  const int dim = boundary->dim;
+  double **x = flow->particles->field[SPHI_X].data, **v = flow->particles->field[SPHI_V].data;
+  bool touched = false;
+  for (int k = 0; k < boundary->walls; k++) {
+    const sphi_wall_state *wall = &boundary->state[k];
+    double at[SPHI_MAX_DIM], foot[SPHI_MAX_DIM];
+    for (int d = 0; d < dim; d++) at[d] = x[d][i] - wall->displacement[d];
+    const double distance = sphi_wall_foot(boundary->wall[k], at, reach, foot);
+    if (distance >= reach || distance == 0) continue;
+    double away = 0; /* speed off the wall, times the distance */
+    for (int d = 0; d < dim; d++) away += (v[d][i] - wall->velocity[d]) * (at[d] - foot[d]) / distance;
+    if (away >= 0) continue;
+    for (int d = 0; d < dim; d++) v[d][i] -= away * (at[d] - foot[d]) / distance;
+    touched = true;
+  }
+  return touched;
+}
+
+int64_t sphi_wcsph_stop_at_walls(sph_integrator *flow) {
+  const wcsph *w = wcsph_of(flow);
+  if (!w->boundary) return 0;
+  const double reach = WCSPH_CONTACT * flow->particles->spacing;
+  int64_t touched = 0;
+#pragma omp parallel for num_threads(flow->context->threads) schedule(static) reduction(+ : touched)
+  for (int32_t c = 0; c < flow->clusters.n; c++) {
+    if (w->ghost_list.entry[c].count == 0) continue;
+    for (int32_t l = 0; l < flow->clusters.count[c]; l++)
+      touched += stop_at_walls(flow, flow->clusters.first[c] + l, reach);
+  }
+  return touched;
 }

@@ -47,6 +47,8 @@ typedef struct wcsph {
   double travelled; /* how far a particle or wall may have come since the lists were built [m] */
 } wcsph;
 
+#define WCSPH_CONTACT 0.25
+
 enum { UPDATE_BLOCK = 512 };
 
 static inline wcsph *wcsph_of(const sph_integrator *flow) { return flow->data; }
@@ -61,5 +63,8 @@ sph_status sphi_wcsph_step(sph_integrator *flow, double dt);
 sph_status sphi_wcsph_check_walls(sph_integrator *flow);
 /* Nothing has crossed a wall. */
 sph_status sphi_wcsph_check_crossing(sph_integrator *flow);
+/* Particles nearer to a wall than WCSPH_CONTACT spacings lose the speed at which they approach it: jets
+ * thinner than the support would otherwise pass between ghosts. Returns how many did. */
+int64_t sphi_wcsph_stop_at_walls(sph_integrator *flow);
 
 #endif

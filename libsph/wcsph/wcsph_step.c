@@ -46,7 +46,6 @@ static void pack(sph_integrator *flow, bool all) {
   const double begin = sphi_seconds();
   const wcsph *w = wcsph_of(flow);
   const int dim = flow->particles->dim;
-  apply_equation_of_state(flow);
   sphi_pack to = {.frame = &flow->frame,
                   .n = flow->particles->n,
                   .stride = SPHI_RECORD(dim),
@@ -62,6 +61,14 @@ static void pack(sph_integrator *flow, bool all) {
   to.shift[2 + dim] = w->rho0;
   sphi_pack_run(flow->context, flow->variant, &to);
   flow->stats.seconds_pack += sphi_seconds() - begin;
+}
+
+/* New pressures, then new records. */
+static void pack_new(sph_integrator *flow, bool all) {
+  const double begin = sphi_seconds();
+  apply_equation_of_state(flow);
+  flow->stats.seconds_pack += sphi_seconds() - begin;
+  pack(flow, all);
 }
 
 static sph_status update_ghosts(sph_integrator *flow, double t) {
@@ -248,11 +255,12 @@ static sph_status step_symplectic(sph_integrator *flow, double dt) {
   SPH_TRY(update_ghosts(flow, t));
   run_gradient(flow);
   advance_density(flow, dt);
-  pack(flow, false);
+  pack_new(flow, false);
   SPH_TRY(update_ghosts(flow, t));
   run_momentum(flow, false);
   add_body_force(flow, t);
   advance(flow, dim, field(flow, SPHI_V), dt, field(flow, w->acceleration));
+  flow->stats.contacts += sphi_wcsph_stop_at_walls(flow);
   advance(flow, dim, field(flow, SPHI_X), dt, field(flow, SPHI_V));
   advance_diffusion(flow, dt);
   return SPH_OK;
@@ -271,13 +279,14 @@ static sph_status step_verlet(sph_integrator *flow, double dt) {
     add_body_force(flow, t);
   }
   advance(flow, dim, v, 0.5 * dt, a);
+  flow->stats.contacts += sphi_wcsph_stop_at_walls(flow);
   advance(flow, dim, x, 0.5 * dt, v);
-  pack(flow, true);
+  pack_new(flow, true);
   SPH_TRY(update_ghosts(flow, t + 0.5 * dt));
   run_gradient(flow);
   advance(flow, dim, x, 0.5 * dt, v);
   advance_density(flow, dt);
-  pack(flow, false);
+  pack_new(flow, false);
   SPH_TRY(update_ghosts(flow, t + dt));
   run_momentum(flow, false);
   add_body_force(flow, t + dt);
@@ -331,7 +340,7 @@ static sph_status step_rk4(sph_integrator *flow, double dt) {
   copy_state(flow);
   for (int k = 0; k < 4; k++) {
     const double t = flow->stats.time + place[k] * dt;
-    if (k > 0) pack(flow, true);
+    if (k > 0) pack_new(flow, true);
     SPH_TRY(update_ghosts(flow, t));
     if (k == 0) {
       run_gradient(flow);
@@ -349,6 +358,7 @@ static sph_status step_rk4(sph_integrator *flow, double dt) {
   advance(flow, 1, field(flow, SPHI_RHO), 1, &w->array[WCSPH_SUM_RHO]);
   advance(flow, dim, field(flow, SPHI_X), 1, &w->array[WCSPH_SUM_X]);
   advance(flow, dim, field(flow, SPHI_V), 1, &w->array[WCSPH_SUM_V]);
+  flow->stats.contacts += sphi_wcsph_stop_at_walls(flow);
   return SPH_OK;
 }
 
@@ -373,6 +383,7 @@ sph_status sphi_wcsph_step(sph_integrator *flow, double dt) {
     SPH_TRY(step_verlet(flow, dt));
   else
     SPH_TRY(step_rk4(flow, dt));
+  apply_equation_of_state(flow); /* what a caller reads belongs together */
   const sph_status status = check_state(flow, dt);
   w->travelled += dt * fmax(flow->stats.max_speed + 0.5 * dt * flow->stats.max_acceleration,
                             wall_speed(w));
@@ -467,6 +478,7 @@ static sph_status prepare(sph_integrator *flow) {
   w->prepared = false;
   SPH_TRY(build(flow));
   w->prepared = true;
+  apply_equation_of_state(flow);
   w->accelerated = false;
   if (!w->domain_given) default_domain(flow);
   if (flow->stats.max_acceleration == 0) { /* before the first step only the body force is known */
