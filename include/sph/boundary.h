@@ -76,7 +76,8 @@ SPH_API void sph_boundary_destroy(sph_boundary **boundary);
  */
 SPH_API SPH_NODISCARD sph_status sph_boundary_add_wall(sph_boundary *boundary, sph_wall *wall);
 
-/** Forbid suction: pressures of ghosts below zero become zero (off until called).
+/** Forbid suction: pressures of ghosts below zero become zero, so that the fluid comes off walls as
+ * it does where air gets in (on until called with false). Without it thin jets cling to walls.
  *
  * Parallel   not while another call uses the context
  * Errors     SPH_E_ARGUMENT boundary is NULL

@@ -52,7 +52,7 @@ typedef struct sph_integrator_stats {
  */
 SPH_API void sph_integrator_destroy(sph_integrator **integrator);
 
-/** Choose the time stepping scheme; SPH_STEPPER_SYMPLECTIC until called.
+/** Choose the time stepping scheme; SPH_STEPPER_RK4 until called.
  *
  * Parallel   not while another call uses the context
  * Errors     SPH_E_ARGUMENT integrator NULL or unknown scheme, or the fixed step in use is beyond
@@ -86,7 +86,8 @@ SPH_API SPH_NODISCARD sph_status sph_integrator_set_dt(sph_integrator *integrato
  *
  *     dt = min(courant h / c0, 0.25 sqrt(h / max |a|), 0.125 h^2 / nu)
  *
- * Defaults: symplectic 0.8, verlet 0.8, rk4 1.5.
+ * Defaults: 0.46 (symplectic, verlet) or 0.476 (rk4) of the lattice limit of the kernel, see
+ * sph_integrator_stable_dt: 0.48, 0.48 and 1.5 for the Gaussian kernel.
  *
  * Units      dimensionless
  * Parallel   not while another call uses the context

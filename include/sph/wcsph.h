@@ -43,7 +43,7 @@ typedef struct sph_energy {
  *     pi_ij  = (u_j - u_i) . x_ji / |x_ji|^2,   V_j = m_j / rho_j
  *
  * Defaults: delta 0.1, alpha 0.02, nu 0, rho0 1000 kg/m^3, linear equation of state, gravity 9.81
- * m/s^2 along minus the last axis, symplectic steps. The sound speed has no default.
+ * m/s^2 along minus the last axis, rk4 steps. The sound speed has no default.
  *
  * Ownership  holds references to kernel, particles and boundary; the caller destroys *out
  * Parallel   not while another call uses the context
@@ -116,7 +116,8 @@ SPH_API SPH_NODISCARD sph_status sph_wcsph_set_body_force(sph_integrator *integr
  *
  * Units      delta dimensionless, 0 to 1
  * Parallel   not while another call uses the context
- * Errors     SPH_E_ARGUMENT integrator NULL, unknown kind, delta out of range; SPH_E_TYPE
+ * Errors     SPH_E_ARGUMENT integrator NULL, unknown kind, delta out of range, or a fixed time step in
+ *            use that would be unstable; SPH_E_TYPE another method
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_wcsph_set_diffusion(sph_integrator *integrator,
@@ -168,7 +169,7 @@ SPH_API SPH_NODISCARD sph_status sph_wcsph_set_domain(sph_integrator *integrator
 
 /** Distance beyond the support that neighbour lists reach, so that they last several steps.
  *
- * Units      fraction of the support radius, 0.001 to 0.5; 0.05 until called
+ * Units      fraction of the support radius, 0.001 to 0.5; 0.15 until called
  * Parallel   not while another call uses the context
  * Errors     SPH_E_ARGUMENT integrator NULL, out of range; SPH_E_TYPE another method
  * Since      0.1

@@ -16,6 +16,9 @@ static void free_arrays(sph_boundary *boundary) {
   sphi_free(context, boundary->wall_pressure);
   sphi_free(context, boundary->rung);
   sphi_free(context, boundary->record);
+  sphi_free(context, boundary->place);
+  sphi_free(context, boundary->wet);
+  boundary->place = boundary->wet = NULL;
   boundary->p = boundary->volume = boundary->drag = boundary->wall_pressure = NULL;
   boundary->rung = NULL;
   boundary->record = NULL;
@@ -89,6 +92,7 @@ sph_status sph_boundary_create(sph_context *context, sph_wall *wall, double spac
   boundary->interpolator = interpolator;
   sphi_interpolator_retain(interpolator);
   boundary->thin = 0.05;
+  boundary->no_suction = true;
   const sph_status status = append_wall(boundary, wall);
   if (status != SPH_OK) {
     sph_boundary_destroy(&boundary);
@@ -154,10 +158,12 @@ sph_status sphi_boundary_prepare(sph_boundary *boundary, const sphi_variant *var
   boundary->drag = SPHI_NEW(context, n, double);
   boundary->wall_pressure = SPHI_NEW(context, n, double);
   boundary->rung = SPHI_NEW(context, n, uint8_t);
+  boundary->place = SPHI_NEW(context, n, int32_t);
+  boundary->wet = SPHI_NEW(context, n, int32_t);
   boundary->record =
       sphi_alloc(context, ((size_t)n + SPHI_PAD) * (size_t)SPHI_GHOST(dim), variant->real_size);
   ok = ok && boundary->p && boundary->volume && boundary->drag && boundary->wall_pressure &&
-       boundary->rung && boundary->record;
+       boundary->rung && boundary->record && boundary->place && boundary->wet;
   if (!ok) {
     free_arrays(boundary);
     return SPHI_ERROR(context, SPH_E_MEMORY, "boundary: no memory for %d ghosts", n);
@@ -196,9 +202,46 @@ sph_status sphi_boundary_sort(sph_boundary *boundary, const sphi_frame *frame,
                           boundary->interpolator->kernel->support);
 }
 
+/* Records of all ghosts, or of those in place[0..n-1]. */
+static void pack_records(sph_boundary *boundary, const sphi_frame *frame,
+                         const sphi_variant *variant, const int32_t *place, int32_t n) {
+  const int dim = boundary->dim;
+  sphi_pack pack = {.frame = frame,
+                    .n = n,
+                    .place = place,
+                    .stride = SPHI_GHOST(dim),
+                    .order = boundary->columns.order,
+                    .columns = dim + 3,
+                    .record = boundary->record};
+  pack.value[0] = boundary->volume;
+  pack.value[1] = boundary->p;
+  for (int d = 0; d < dim; d++) {
+    pack.x[d] = boundary->x[d];
+    pack.value[2 + d] = boundary->v[d];
+  }
+  pack.value[2 + dim] = boundary->drag;
+  sphi_pack_run(boundary->context, variant, &pack);
+}
+
 sph_status sphi_boundary_list(sph_boundary *boundary, const sphi_frame *frame,
-                              const sphi_columns *fluid, double radius) {
-  return sphi_gather_list(boundary->context, &boundary->mirrors, frame, fluid, radius);
+                              const sphi_variant *variant, const sphi_columns *fluid,
+                              double radius) {
+  SPH_TRY(sphi_gather_list(boundary->context, &boundary->mirrors, frame, fluid, radius));
+  const int32_t n = (int32_t)boundary->points.n;
+  for (int32_t k = 0; k < n; k++) {
+    boundary->place[boundary->columns.order[k]] = k;
+    boundary->p[k] = boundary->wall_pressure[k] = boundary->volume[k] = 0;
+    boundary->rung[k] = SPH_RUNG_NONE;
+    for (int d = 0; d < boundary->dim; d++)
+      boundary->v[d][k] = boundary->state[boundary->wall_of[k]].velocity[d];
+  }
+  pack_records(boundary, frame, variant, NULL, n);
+  const sphi_clusters *wet = &boundary->mirrors.wet;
+  boundary->wet_count = 0;
+  for (int32_t c = 0; c < wet->n; c++)
+    for (int32_t k = wet->first[c]; k < wet->first[c] + wet->count[c]; k++)
+      boundary->wet[boundary->wet_count++] = boundary->place[boundary->mirrors.columns.order[k]];
+  return SPH_OK;
 }
 
 /* Velocity and pressure of one ghost from the values at its mirror point, place k in their order. */
@@ -244,17 +287,20 @@ static void count_rungs(sph_boundary *boundary) {
                                    [SPH_INTERPOLATOR_MLS_LINEAR] = SPH_RUNG_LINEAR};
   sph_boundary_counts counts = {.ghosts = boundary->points.n, .skipped = boundary->points.skipped};
   const sphi_interpolation *work = &boundary->mirrors.work;
-  for (int32_t k = 0; k < (int32_t)boundary->points.n; k++) {
-    const uint8_t rung = work->rung[k];
-    counts.inactive += rung == SPH_RUNG_NONE;
-    if (rung == SPH_RUNG_NONE) continue;
-    counts.active++;
-    counts.thin += work->gamma[k] < boundary->thin;
-    counts.shepard += rung == SPH_RUNG_SHEPARD;
-    counts.normalized += rung == SPH_RUNG_NORMALIZED;
-    counts.linear += rung == SPH_RUNG_LINEAR;
-    counts.fallback += rung != chosen[boundary->interpolator->type];
+  const sphi_clusters *wet = &boundary->mirrors.wet;
+  int64_t of_rung[SPH_RUNG_LINEAR + 1] = {0};
+  for (int32_t c = 0; c < wet->n; c++) {
+    for (int32_t k = wet->first[c]; k < wet->first[c] + wet->count[c]; k++) {
+      of_rung[work->rung[k]]++;
+      counts.thin += work->rung[k] != SPH_RUNG_NONE && work->gamma[k] < boundary->thin;
+    }
   }
+  counts.shepard = of_rung[SPH_RUNG_SHEPARD];
+  counts.normalized = of_rung[SPH_RUNG_NORMALIZED];
+  counts.linear = of_rung[SPH_RUNG_LINEAR];
+  counts.active = counts.shepard + counts.normalized + counts.linear;
+  counts.inactive = counts.ghosts - counts.active;
+  counts.fallback = counts.active - of_rung[chosen[boundary->interpolator->type]];
   boundary->counts = counts;
 }
 
@@ -262,27 +308,15 @@ void sphi_boundary_update(sph_boundary *boundary, const sphi_frame *frame,
                           const sphi_variant *variant, const void *record,
                           const sphi_body_force *force, double t, double rho0) {
   sph_context *context = boundary->context;
-  const int dim = boundary->dim;
-  const int32_t n = (int32_t)boundary->points.n;
   sphi_gather_evaluate(context, &boundary->mirrors, frame, boundary->interpolator, variant, record);
   const int32_t *order = boundary->mirrors.columns.order;
+  const sphi_clusters *wet = &boundary->mirrors.wet;
 #pragma omp parallel for num_threads(context->threads) schedule(static)
-  for (int32_t k = 0; k < n; k++) assign(boundary, order[k], k, force, t, rho0);
+  for (int32_t c = 0; c < wet->n; c++)
+    for (int32_t k = wet->first[c]; k < wet->first[c] + wet->count[c]; k++)
+      assign(boundary, order[k], k, force, t, rho0);
   count_rungs(boundary);
-  sphi_pack pack = {.frame = frame,
-                    .n = n,
-                    .stride = SPHI_GHOST(dim),
-                    .order = boundary->columns.order,
-                    .columns = dim + 3,
-                    .record = boundary->record};
-  pack.value[0] = boundary->volume;
-  pack.value[1] = boundary->p;
-  for (int d = 0; d < dim; d++) {
-    pack.x[d] = boundary->x[d];
-    pack.value[2 + d] = boundary->v[d];
-  }
-  pack.value[2 + dim] = boundary->drag;
-  sphi_pack_run(context, variant, &pack);
+  pack_records(boundary, frame, variant, boundary->wet, boundary->wet_count);
 }
 
 sph_status sph_boundary_read(const sph_boundary *boundary, sph_ghost_value what, double *values,

@@ -43,6 +43,9 @@ struct sph_boundary {
   sphi_gather mirrors; /* mirrors.x: present mirror points */
   sphi_columns columns; /* of the ghosts */
   void *record;         /* of the ghosts, in the order of columns */
+  int32_t *place;       /* [n] ghost -> record */
+  int32_t *wet;         /* records of ghosts whose mirror points are evaluated */
+  int32_t wet_count;
 };
 
 void sphi_boundary_retain(sph_boundary *boundary);
@@ -54,9 +57,11 @@ sph_status sphi_boundary_move(sph_boundary *boundary, double t);
 /* Sorts ghosts and mirror points anew. */
 sph_status sphi_boundary_sort(sph_boundary *boundary, const sphi_frame *frame,
                               const sphi_variant *variant);
-/* Lists the fluid near the mirror points. */
+/* Lists the fluid near the mirror points; the ghosts of those without any take no part until the next
+ * list. */
 sph_status sphi_boundary_list(sph_boundary *boundary, const sphi_frame *frame,
-                              const sphi_columns *fluid, double radius);
+                              const sphi_variant *variant, const sphi_columns *fluid,
+                              double radius);
 /* Interpolates from the fluid's records, assigns velocity and pressure, packs the ghosts' records. */
 void sphi_boundary_update(sph_boundary *boundary, const sphi_frame *frame,
                           const sphi_variant *variant, const void *record,

@@ -71,13 +71,14 @@ struct sph_integrator {
 };
 
 void sphi_integrator_retain(sph_integrator *flow);
-/* For methods: the common part, on which the method then sets data; stepper symplectic. */
+/* For methods: the common part, on which the method then sets data; stepper rk4. */
 sph_status sphi_integrator_create(sph_context *context, const sphi_method *method,
                                   sph_particles *particles, sph_kernel *kernel,
                                   sph_integrator **out);
 sph_status sphi_integrator_observe(sph_integrator *flow, sphi_observe observe, void *observer);
 void sphi_integrator_forget(sph_integrator *flow, void *observer);
-double sphi_integrator_default_courant(sph_stepper stepper);
+/* The caller's courant number, or the stepper's default for the kernel. */
+double sphi_integrator_courant(const sph_integrator *flow);
 
 /* Sorts the particles into columns and storage order, wraps periodic positions, cuts clusters, lists
  * the pairs. Timed as search; counts a build. */

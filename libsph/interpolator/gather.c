@@ -8,6 +8,7 @@ void sphi_gather_free(sph_context *context, sphi_gather *gather) {
   for (int d = 0; d < SPHI_MAX_DIM; d++) sphi_free(context, gather->x[d]);
   sphi_columns_free(context, &gather->columns);
   sphi_clusters_free(context, &gather->clusters);
+  sphi_clusters_free(context, &gather->wet);
   sphi_list_free(context, &gather->list);
   sphi_free(context, gather->record);
   sphi_interpolation_free(context, &gather->work);
@@ -40,9 +41,41 @@ sph_status sphi_gather_sort(sph_context *context, sphi_gather *gather, const sph
                              variant->lanes, radius);
 }
 
+static void set_dry(sphi_gather *gather, int dim, int32_t first, int32_t count) {
+  sphi_interpolation *work = &gather->work;
+  for (int32_t k = first; k < first + count; k++) {
+    work->rung[k] = SPH_RUNG_NONE;
+    work->gamma[k] = 0;
+    work->neighbours[k] = 0;
+    for (int f = 0; f <= dim; f++) work->value[(int64_t)f * work->n + k] = 0;
+    for (int d = 0; d < dim; d++) work->moment[(int64_t)d * work->n + k] = 0;
+  }
+}
+
 sph_status sphi_gather_list(sph_context *context, sphi_gather *gather, const sphi_frame *frame,
                             const sphi_columns *sources, double radius) {
-  return sphi_list_build(context, &gather->list, frame, &gather->clusters, sources, radius);
+  const sphi_clusters *all = &gather->clusters;
+  sphi_clusters *wet = &gather->wet;
+  SPH_TRY(sphi_list_build(context, &gather->list, frame, all, sources, radius));
+  int64_t capacity = wet->capacity;
+  SPH_CHECK(context,
+            sphi_reserve(context, (void **)&wet->first, &capacity, all->n, sizeof *wet->first) &&
+                sphi_reserve(context, (void **)&wet->count, &wet->capacity, all->n, sizeof *wet->count),
+            SPH_E_MEMORY, "no memory for %d clusters of interpolation points", all->n);
+  wet->lanes = all->lanes;
+  wet->n = 0;
+  gather->work.n = gather->n;
+  for (int32_t c = 0; c < all->n; c++) {
+    if (gather->list.entry[c].count == 0) {
+      set_dry(gather, frame->dim, all->first[c], all->count[c]);
+      continue;
+    }
+    wet->first[wet->n] = all->first[c];
+    wet->count[wet->n] = all->count[c];
+    gather->list.entry[wet->n++] = gather->list.entry[c];
+  }
+  gather->list.clusters = wet->n;
+  return SPH_OK;
 }
 
 void sphi_gather_evaluate(sph_context *context, sphi_gather *gather, const sphi_frame *frame,
@@ -57,11 +90,10 @@ void sphi_gather_evaluate(sph_context *context, sphi_gather *gather, const sphi_
   sphi_pack_run(context, variant, &pack);
   sphi_sweep sweep = {.frame = frame,
                       .kernel = interpolator->kernel,
-                      .targets = &gather->clusters,
+                      .targets = &gather->wet,
                       .target = gather->record,
                       .target_stride = frame->dim};
   sweep.source[0].list = &gather->list;
   sweep.source[0].record = record;
-  gather->work.n = gather->n;
   sphi_interpolate(interpolator, variant, &sweep, &gather->work);
 }

@@ -11,7 +11,8 @@ typedef struct sphi_gather {
   int64_t capacity;
   sphi_columns columns;    /* columns.order: place in cluster order -> point */
   sphi_clusters clusters;
-  sphi_list list;
+  sphi_clusters wet;       /* those with sources near, without boxes: the others are not evaluated */
+  sphi_list list;          /* of the wet clusters */
   void *record;            /* packed positions in cluster order */
   int64_t record_capacity;
   sphi_interpolation work; /* results in cluster order */
@@ -25,7 +26,8 @@ sph_status sphi_gather_reserve(sph_context *context, sphi_gather *gather,
 /* Sorts the points at their present places into clusters. */
 sph_status sphi_gather_sort(sph_context *context, sphi_gather *gather, const sphi_frame *frame,
                             const sphi_variant *variant, double spacing, double radius);
-/* Lists the sources within `radius` of every cluster. */
+/* Lists the sources within `radius` of every cluster; points of clusters without any get the rung
+ * SPH_RUNG_NONE and zeros, here and until the next list. */
 sph_status sphi_gather_list(sph_context *context, sphi_gather *gather, const sphi_frame *frame,
                             const sphi_columns *sources, double radius);
 /* Packs the points' present places and interpolates the fields of the fluid records there. */

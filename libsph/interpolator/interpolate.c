@@ -219,22 +219,21 @@ void sphi_interpolate(const sph_interpolator *interpolator, const sphi_variant *
                       sphi_sweep *sweep, sphi_interpolation *work) {
   const sphi_clusters *targets = sweep->targets;
   const double support = interpolator->kernel->support;
-  const int32_t n =
-      targets->n > 0 ? targets->first[targets->n - 1] + targets->count[targets->n - 1] : 0;
   const double pivot_min = variant->is_double ? pivot_min_double : pivot_min_single;
   const sphi_interpolation_arguments arguments = {
       .sums = work->sums,
-      .n = n,
+      .n = work->n,
       .inverse_radius2 = 1 / (support * support),
       .mu_half = interpolator->mu / 2,
       .lambda_half = interpolator->lambda / 2,
       .attenuation = interpolator->mu / (interpolator->scale * interpolator->scale)};
   work->dim = sweep->frame->dim;
-  work->n = n;
   sweep->kernel = interpolator->kernel;
   sweep->subset = NULL;
   sphi_sweep_run(interpolator->context, variant, operator_of(interpolator->type), sweep, &arguments);
 #pragma omp parallel for num_threads(interpolator->context->threads) schedule(static)
-  for (int32_t k = 0; k < n; k++) finish(interpolator, work, k, pivot_min);
+  for (int32_t c = 0; c < targets->n; c++)
+    for (int32_t k = targets->first[c]; k < targets->first[c] + targets->count[c]; k++)
+      finish(interpolator, work, k, pivot_min);
   retry(interpolator, variant, sweep, work, &arguments);
 }

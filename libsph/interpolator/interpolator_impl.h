@@ -39,8 +39,9 @@ void sphi_interpolation_free(sph_context *context, sphi_interpolation *work);
 /* Makes room for n targets; evaluations of at most n targets then allocate nothing. */
 sph_status sphi_interpolation_reserve(const sph_interpolator *interpolator, int dim, int32_t n,
                                       sphi_interpolation *work);
-/* Evaluates f0..f[dim] of the sources' records (sweep->source[0]) at the targets. sweep->kernel is
- * set by the callee to the interpolator's kernel. Never fails: every target gets a rung. */
+/* Evaluates f0..f[dim] of the sources' records (sweep->source[0]) at the targets of the sweep's
+ * clusters; work->n, set by the caller, is the number of places. sweep->kernel is set by the callee to
+ * the interpolator's kernel. Never fails: every target gets a rung. */
 void sphi_interpolate(const sph_interpolator *interpolator, const sphi_variant *variant,
                       sphi_sweep *sweep, sphi_interpolation *work);
 

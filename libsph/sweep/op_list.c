@@ -126,7 +126,8 @@ static void list_rows(sphi_list *list, int32_t part, const sphi_frame *frame,
 #endif
 
 SPHI_INLINE void pack_records(const int dim, const sphi_pack *pack, int32_t begin, int32_t end) {
-  for (int32_t k = begin; k < end; k++) {
+  for (int32_t entry = begin; entry < end; entry++) {
+    const int32_t k = pack->place ? pack->place[entry] : entry;
     const int32_t i = pack->order ? pack->order[k] : k;
     real *record = (real *)pack->record + (int64_t)k * pack->stride;
     for (int d = 0; d < dim; d++) {

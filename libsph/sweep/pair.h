@@ -90,8 +90,8 @@ SPHI_INLINE void pair_constants_set(pair_constants *c, const sphi_sweep *sweep) 
     c->inverse_period[d] = sweep->frame->periodic[d] ? (real)(1 / sweep->frame->length[d]) : 0;
   }
   c->inverse_h2 = (real)(1 / (h * h));
-  c->norm_w = (real)(kernel->sigma * pow(h, -kernel->dim));
-  c->norm_g = (real)(kernel->sigma * pow(h, -kernel->dim - 2));
+  c->norm_w = (real)kernel->norm_w;
+  c->norm_g = (real)kernel->norm_g;
   c->radius2 = (real)(kernel->support * kernel->support);
   c->lanes = sphi_kernel_lanes_of(kernel);
 }

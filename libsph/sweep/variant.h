@@ -32,6 +32,7 @@ typedef struct sphi_pack {
   const sphi_frame *frame;
   int32_t n;
   int stride;           /* reals a record; those past dim + columns are left alone */
+  const int32_t *place; /* NULL: records 0..n-1; else records place[0..n-1] alone */
   const int32_t *order; /* NULL: record k is point k; else point order[k] */
   const double *x[SPHI_MAX_DIM];
   int columns;

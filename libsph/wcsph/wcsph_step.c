@@ -396,9 +396,7 @@ sph_status sphi_wcsph_step(sph_integrator *flow, double dt) {
 double sphi_wcsph_limit(const sph_integrator *flow, sph_limiter *limiter) {
   const wcsph *w = wcsph_of(flow);
   const double h = flow->kernel->h;
-  const double courant =
-      flow->courant > 0 ? flow->courant : sphi_integrator_default_courant(flow->stepper);
-  double dt = courant * h / w->c0;
+  double dt = sphi_integrator_courant(flow) * h / w->c0;
   *limiter = SPH_LIMITER_SOUND;
   const double push = flow->stats.max_acceleration;
   if (push > 0 && 0.25 * sqrt(h / push) < dt) {
@@ -429,7 +427,7 @@ static sph_status build(sph_integrator *flow) {
   }
   const double reach =
       radius - flow->kernel->support + w->boundary->interpolator->kernel->support;
-  SPH_TRY(sphi_boundary_list(w->boundary, &flow->frame, &flow->columns, reach));
+  SPH_TRY(sphi_boundary_list(w->boundary, &flow->frame, flow->variant, &flow->columns, reach));
   SPH_TRY(sphi_list_build(flow->context, &w->ghost_list, &flow->frame, &flow->clusters,
                           &w->boundary->columns, radius));
   flow->stats.seconds_search += sphi_seconds() - begin;
@@ -477,6 +475,8 @@ static sph_status prepare(sph_integrator *flow) {
   }
   w->prepared = false;
   SPH_TRY(build(flow));
+  /* The places of the density gradient must be zero where no gradient is taken. */
+  memset(flow->record, 0, (size_t)flow->record_capacity * flow->variant->real_size);
   w->prepared = true;
   apply_equation_of_state(flow);
   w->accelerated = false;
