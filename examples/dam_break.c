@@ -45,7 +45,7 @@ static setup defaults(void) {
                  .density = 1000,
                  .interpolator = "improved-shepard",
                  .kernel = "",
-                 .stepper = "symplectic",
+                 .stepper = "",
                  .isa = "auto",
                  .out = "",
                  .summary = ""};
@@ -65,7 +65,7 @@ static void parse(int argc, char **argv, setup *s) {
       OPTION_TEXT("--interpolator", s->interpolator, "improved-shepard, normalized, mls-linear"),
       OPTION_TEXT("--kernel", s->kernel, "gaussian, wendland-c2, ...; gaussian, 3D wendland-c2"),
       OPTION_NUMBER("--h", s->h_ratio, 0.8, 4, "smoothing length / dx; 1.3, 3D 1.5"),
-      OPTION_TEXT("--stepper", s->stepper, "symplectic, verlet, rk4"),
+      OPTION_TEXT("--stepper", s->stepper, "symplectic, verlet, rk4; without it the library's own"),
       OPTION_NUMBER("--courant", s->courant, 0, 10, "Courant number, 0: the scheme's own"),
       OPTION_NUMBER("--dt", s->dt, 0, 1, "fixed step [s], 0: follow the limits"),
       OPTION_NUMBER("--alpha", s->alpha, 0, 1, "artificial viscosity"),
@@ -106,7 +106,7 @@ typedef struct state {
   sph_interpolator *interpolator;
   sph_boundary *ghosts;
   sph_integrator *integrator;
-  sph_probe *p1_disc, *p1_point, *front, *column, *energy, *mass;
+  sph_probe *p1_disc, *p1_point, *p1_edge, *front, *column, *energy, *mass;
   sph_output *vtk;
   double asymmetry_early;
 } state;
@@ -135,10 +135,11 @@ static void create_flow(const setup *s, state *f) {
   OK(sph_context_set_isa(context, example_isa(s->isa)));
   sph_kernel_type kernel;
   sph_interpolator_type interpolator;
-  sph_stepper stepper;
+  sph_stepper stepper = SPH_STEPPER_RK4;
   OK(sph_kernel_find(context, s->kernel, &kernel));
   OK(sph_interpolator_find(context, s->interpolator, &interpolator));
-  OK(sph_stepper_find(context, s->stepper, &stepper));
+  const bool own = *s->stepper == '\0';
+  if (!own) OK(sph_stepper_find(context, s->stepper, &stepper));
 
   const double lo[3] = {0, 0, 0};
   const double column[3] = {s->length, s->dim == 2 ? s->height : s->width, s->height};
@@ -154,7 +155,7 @@ static void create_flow(const setup *s, state *f) {
   OK(sph_wcsph_set_sound_speed(f->integrator, s->c0));
   OK(sph_wcsph_set_artificial_viscosity(f->integrator, s->alpha));
   OK(sph_wcsph_set_diffusion(f->integrator, SPH_DIFFUSION_DELTA, s->delta));
-  OK(sph_integrator_set_stepper(f->integrator, stepper));
+  if (!own) OK(sph_integrator_set_stepper(f->integrator, stepper));
   OK(sph_integrator_set_courant(f->integrator, s->courant));
   OK(sph_integrator_set_dt(f->integrator, s->dt));
   start_from_laplace(s, f);
@@ -180,13 +181,15 @@ static void create_probes(const setup *s, state *f) {
   else
     OK(sph_probe_create_pressure_average(flow, below, above, 9, &f->p1_disc));
   OK(sph_probe_create_pressure(flow, point, &f->p1_point));
+  OK(sph_probe_create_pressure(flow, below, &f->p1_edge));
   OK(sph_probe_create_front(flow, 0, 1, &f->front));
   OK(sph_probe_create_elevation(flow, foot, up, s->top, &f->column));
   OK(sph_probe_create_energy(flow, &f->energy));
   OK(sph_probe_create_mass(flow, &f->mass));
-  sph_probe *const all[] = {f->p1_disc, f->p1_point, f->front, f->column, f->energy, f->mass};
-  for (int k = 0; k < 6; k++) OK(sph_probe_set_interval(all[k], sample));
-  for (int k = 0; k < 6; k++) OK(sph_probe_sample(all[k]));
+  sph_probe *const all[] = {f->p1_disc, f->p1_point, f->p1_edge, f->front,
+                            f->column,  f->energy,   f->mass};
+  for (int k = 0; k < 7; k++) OK(sph_probe_set_interval(all[k], sample));
+  for (int k = 0; k < 7; k++) OK(sph_probe_sample(all[k]));
   if (s->vtk == 0) return;
   OK(sph_output_create_vtk(context, example_path(s->out, "vtk"), "water", &f->vtk));
   OK(sph_output_add_field(f->vtk, SPH_VELOCITY));
@@ -266,6 +269,7 @@ static void summarise(const setup *s, state *f, example_summary *summary) {
   example_series front = example_series_read(context, f->front, 0);
   example_series disc = example_series_read(context, f->p1_disc, 0);
   example_series point = example_series_read(context, f->p1_point, 0);
+  example_series edge = example_series_read(context, f->p1_edge, 0);
   example_series energy = example_series_read(context, f->energy, 3);
   const example_peak first = example_series_peak(&disc, 0, 3 / second, 0.1 / second);
   const example_peak last = example_series_peak(&disc, 5 / second, INFINITY, 0.1 / second);
@@ -283,6 +287,8 @@ static void summarise(const setup *s, state *f, example_summary *summary) {
                          example_series_mean(&disc, 3 / second, 5 / second) / bar);
   example_summary_number(summary, "p1_point_plateau_mean_over_rho_g_h",
                          example_series_mean(&point, 3 / second, 5 / second) / bar);
+  example_summary_number(summary, "p1_edge_plateau_mean_over_rho_g_h",
+                         example_series_mean(&edge, 3 / second, 5 / second) / bar);
   example_summary_number(summary, "p1_second_peak_t_star", second * last.t);
   example_summary_number(summary, "p1_second_peak_over_rho_g_h", last.v / bar);
   example_summary_number(summary, "energy_growth_max_rel", growth / fabs(energy.v[0]));
@@ -290,6 +296,7 @@ static void summarise(const setup *s, state *f, example_summary *summary) {
   free(front.t);
   free(disc.t);
   free(point.t);
+  free(edge.t);
   free(energy.t);
 }
 
@@ -298,6 +305,7 @@ static void write_series(const setup *s, state *f) {
   if (*s->out == '\0') return;
   OK(sph_probe_write_csv(f->p1_disc, example_path(s->out, "p1_plate.csv")));
   OK(sph_probe_write_csv(f->p1_point, example_path(s->out, "p1_point.csv")));
+  OK(sph_probe_write_csv(f->p1_edge, example_path(s->out, "p1_edge.csv")));
   OK(sph_probe_write_csv(f->front, example_path(s->out, "front.csv")));
   OK(sph_probe_write_csv(f->column, example_path(s->out, "column.csv")));
   OK(sph_probe_write_csv(f->energy, example_path(s->out, "energy.csv")));
@@ -306,8 +314,9 @@ static void write_series(const setup *s, state *f) {
 
 static void destroy(state *f) {
   sph_output_destroy(&f->vtk);
-  sph_probe *probes[] = {f->p1_disc, f->p1_point, f->front, f->column, f->energy, f->mass};
-  for (int k = 0; k < 6; k++) sph_probe_destroy(&probes[k]);
+  sph_probe *probes[] = {f->p1_disc, f->p1_point, f->p1_edge, f->front,
+                         f->column,  f->energy,   f->mass};
+  for (int k = 0; k < 7; k++) sph_probe_destroy(&probes[k]);
   sph_integrator_destroy(&f->integrator);
   sph_boundary_destroy(&f->ghosts);
   sph_interpolator_destroy(&f->interpolator);

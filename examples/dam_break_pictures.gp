@@ -2,7 +2,9 @@
 #
 #   gnuplot -e "run='folder'; images='folder'; frames=11; tank=5.366; top=2" dam_break_pictures.gp
 #
-# Lengths are in column heights. A particle is a disc of one spacing.
+# Lengths are in column heights. A particle is a disc of one spacing. width is that of the sheet in
+# pixels.
+if (!exists('width')) width = 1260
 file(k) = sprintf('%s/picture_%03d.txt', run, k)
 word_of(k, n) = system(sprintf("awk 'NR == 1 { print $%d }' '%s'", n, file(k))) + 0
 radius = 0.56 * word_of(0, 5)
@@ -29,7 +31,7 @@ do for [k=0:frames-1] {
 
 columns = 3
 rows = int((frames + 1 + columns - 1) / columns)
-set terminal pngcairo size 1260,rows*(1180/columns*top/tank+44) font 'DejaVu Sans,10' noenhanced
+set terminal pngcairo size width,rows*(0.94*width/columns*top/tank+44) font sprintf('DejaVu Sans,%d', width < 1000 ? 8 : 10) noenhanced
 set output images.'/flow.png'
 unset xlabel; unset ylabel; unset xtics; unset ytics
 unset colorbox

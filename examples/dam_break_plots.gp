@@ -23,7 +23,8 @@ set ylabel 'p / (rho g H)'
 set xrange [2:7.4]; set yrange [-0.2:2]
 plot run.'/p1_point.csv' using ($1*sqrt(g/H)):($2/(rho*g*H)) with lines lw 0.5 lc rgb '#bdd0e5' title 'computed, point', \
      run.'/p1_plate.csv' using ($1*sqrt(g/H)):($2/(rho*g*H)) with lines lw 1 lc rgb '#4292c6' title 'computed, plate', \
-     mean_of(run.'/p1_plate.csv') using ($1*sqrt(g/H)):($2/(rho*g*H)) with lines lw 2.5 lc rgb '#041c3a' title 'computed, plate, mean over 0.1', \
+     mean_of(run.'/p1_plate.csv') using ($1*sqrt(g/H)):($2/(rho*g*H)) with lines lw 2.5 lc rgb '#041c3a' title 'plate, mean over 0.1', \
+     mean_of(run.'/p1_edge.csv') using ($1*sqrt(g/H)):($2/(rho*g*H)) with lines lw 2 lc rgb '#9e6bc4' title 'the same, lower edge, 0.115 m', \
      measured.'/dambreak_buchner_2002_wall_pressure.csv' using 1:2 with points pt 6 ps 0.9 lw 1.5 lc rgb '#d94801' title 'measured, Buchner (2002)'
 
 set output images.'/front.png'
@@ -41,7 +42,7 @@ set title 'Energy of the water, relative to that of the column'
 set xlabel 't sqrt(g/H)'
 set ylabel 'E / E(0)'
 set xrange [0:7.4]; set yrange [0:1.05]
-set key outside below horizontal nobox
+set key outside right top nobox
 e0 = system(sprintf("awk -F, '/^[0-9]/ { print $5; exit }' '%s/energy.csv'", run)) + 0
 plot run.'/energy.csv' using ($1*sqrt(g/H)):($5/e0) with lines lw 2 lc rgb '#252525' title 'total', \
      '' using ($1*sqrt(g/H)):($3/e0) with lines lw 2 lc rgb '#08519c' title 'potential', \

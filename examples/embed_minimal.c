@@ -4,7 +4,7 @@
  * Reference  Huang et al. (2019), section 4.2
  * Build      cc embed_minimal.c -o embed_minimal -lsph -lm
  * Run        ./embed_minimal
- * Expect     last line: "the front is at 2.66 m after 0.50 s", or near it
+ * Expect     last line: "the front is at 2.69 m after 0.50 s", or near it
  *
  * TEST:
  */

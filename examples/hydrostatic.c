@@ -51,7 +51,7 @@ static void parse(int argc, char **argv, setup *s) {
       OPTION_TEXT("--interpolator", s->interpolator, "improved-shepard, normalized, mls-linear"),
       OPTION_TEXT("--kernel", s->kernel, "gaussian, wendland-c2, ..."),
       OPTION_NUMBER("--h", s->h_ratio, 0.8, 4, "smoothing length / dx"),
-      OPTION_TEXT("--stepper", s->stepper, "symplectic, verlet, rk4"),
+      OPTION_TEXT("--stepper", s->stepper, "symplectic, verlet, rk4; without it the library's own"),
       OPTION_NUMBER("--dt", s->dt, 0, 1, "fixed step [s], 0: follow the limits"),
       OPTION_NUMBER("--courant", s->courant, 0, 10, "Courant number, 0: the scheme's own"),
       OPTION_NUMBER("--alpha", s->alpha, 0, 1, "artificial viscosity"),
@@ -136,10 +136,11 @@ static void create_flow(const setup *s, state *f) {
   OK(sph_context_set_isa(context, example_isa(s->isa)));
   sph_kernel_type kernel;
   sph_interpolator_type interpolator;
-  sph_stepper stepper;
+  sph_stepper stepper = SPH_STEPPER_RK4;
   OK(sph_kernel_find(context, s->kernel, &kernel));
   OK(sph_interpolator_find(context, s->interpolator, &interpolator));
-  OK(sph_stepper_find(context, s->stepper, &stepper));
+  const bool own = *s->stepper == '\0';
+  if (!own) OK(sph_stepper_find(context, s->stepper, &stepper));
   const double c0 = s->c0_factor * sqrt(gravity * depth);
   OK(sph_kernel_create(context, kernel, 2, s->h_ratio * s->dx, &f->kernel));
   OK(sph_particles_create(context, 2, s->dx, &f->water));
@@ -152,7 +153,7 @@ static void create_flow(const setup *s, state *f) {
   OK(sph_wcsph_set_sound_speed(f->integrator, c0));
   OK(sph_wcsph_set_artificial_viscosity(f->integrator, s->alpha));
   OK(sph_wcsph_set_diffusion(f->integrator, SPH_DIFFUSION_DELTA, s->delta));
-  OK(sph_integrator_set_stepper(f->integrator, stepper));
+  if (!own) OK(sph_integrator_set_stepper(f->integrator, stepper));
   OK(sph_integrator_set_courant(f->integrator, s->courant));
   OK(sph_integrator_set_dt(f->integrator, s->dt));
   start_at_rest(s, f, c0);
@@ -299,7 +300,7 @@ int main(int argc, char **argv) {
              .tank = "box",
              .interpolator = "improved-shepard",
              .kernel = "gaussian",
-             .stepper = "symplectic",
+             .stepper = "",
              .isa = "auto",
              .out = "",
              .summary = ""};

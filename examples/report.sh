@@ -57,6 +57,8 @@ dam_break_rows() {
   row 'front reaches the right wall, t sqrt(g/H)' "$(figure "$1" front_arrival_t_star)" 2.35 2.51 'Huang et al. (2019): 2.43'
   row 'P1 plate, mean of 3 <= t sqrt(g/H) <= 5, p/(rho g H)' "$(figure "$1" p1_plateau_mean_over_rho_g_h)" \
     "$(scaled 0.85 "$plateau")" "$(scaled 1.15 "$plateau")" "Buchner (2002): $(scaled 1 "$plateau")"
+  row 'P1, lower edge of the plate, the same mean' "$(figure "$1" p1_edge_plateau_mean_over_rho_g_h)" \
+    "$(scaled 0.85 "$plateau")" "$(scaled 1.15 "$plateau")" "Buchner (2002), whole plate: $(scaled 1 "$plateau")"
   row 'P1 plate, second peak, t sqrt(g/H)' "$(figure "$1" p1_second_peak_t_star)" 5.68 6.28 \
     'Huang et al. (2019): closure near 5.98; Buchner (2002): 5.84'
   row 'P1 plate, second peak / plateau' "$(awk -v a="$(figure "$1" p1_second_peak_over_rho_g_h)" \
@@ -64,8 +66,8 @@ dam_break_rows() {
   row 'largest growth of the total energy / E(0)' "$(figure "$1" energy_growth_max_rel)" 0 0.001 'never grows'
   row 'particles that left the tank' "$(figure "$1" particles_lost)" 0 0 'none'
   row 'front, column L x L/2: mean of x/x_measured - 1' "$(lead 4 1.2 "$koshizuka" "$2/front.csv")" -0.05 0.05 'Koshizuka and Oka (1996)'
-  row 'front, column L x L/2: mean of x/x_measured - 1 ' "$(lead 4 1.2 "$martin" "$2/front.csv")" -0.05 0.05 'Martin and Moyce (1952)'
+  row 'front, column L x L/2: mean of x/x_measured - 1' "$(lead 4 1.2 "$martin" "$2/front.csv")" -0.05 0.05 'Martin and Moyce (1952)'
   row 'front, column L x 2 L: mean lead in t sqrt(2 g/L)' "$(lead 2 0.146 "$koshizuka" "$3/front.csv")" 0 0.25 'Koshizuka and Oka (1996), gate'
-  row 'front, column L x 2 L: mean lead in t sqrt(2 g/L) ' "$(lead 2 0.146 "$martin" "$3/front.csv")" 0 0.25 'Martin and Moyce (1952), gate'
+  row 'front, column L x 2 L: mean lead in t sqrt(2 g/L)' "$(lead 2 0.146 "$martin" "$3/front.csv")" 0 0.25 'Martin and Moyce (1952), gate'
   row 'front, column L x 2 L: spread of that lead' "$(lead 3 0.146 "$martin" "$3/front.csv")" 0 0.1 'Martin and Moyce (1952)'
 }

@@ -72,6 +72,7 @@ static flow_world tank_open(flow_plan plan, sph_slip slip, const ride *motion) {
   if (motion) SPH_TEST_OK(w.context, sph_wall_set_motion(w.wall, ride_motion, (void *)(uintptr_t)motion));
   flow_build(&w);
   SPH_TEST_OK(w.context, sph_boundary_set_thin_threshold(w.boundary, 0));
+  SPH_TEST_OK(w.context, sph_boundary_set_no_suction(w.boundary, false));
   return w;
 }
 

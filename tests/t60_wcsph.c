@@ -560,6 +560,7 @@ static void diffusion_has_its_rate(void) {
     double k, sum;
     flow_world w = wave_box(24, epsilon, &k);
     SPH_TEST_OK(w.context, sph_wcsph_set_diffusion(w.flow, (sph_diffusion)kind, delta));
+    SPH_TEST_OK(w.context, sph_integrator_set_stepper(w.flow, SPH_STEPPER_SYMPLECTIC));
     SPH_TEST_OK(w.context, sph_integrator_set_dt(w.flow, dt));
     double *x = flow_read(&w, SPH_POSITION), *before = flow_read(&w, SPH_DENSITY);
     flow_steps(&w, 1);
@@ -592,6 +593,7 @@ static void linear_density_stays(void) {
       const double slope[3] = {1000, -3000, 500}, dt = 1e-6;
       flow_linear_pressure(&w, 3000, slope);
       SPH_TEST_OK(w.context, sph_wcsph_set_diffusion(w.flow, (sph_diffusion)kind, 0.1));
+      SPH_TEST_OK(w.context, sph_integrator_set_stepper(w.flow, SPH_STEPPER_SYMPLECTIC));
       SPH_TEST_OK(w.context, sph_integrator_set_dt(w.flow, dt));
       double *before = flow_read(&w, SPH_DENSITY);
       flow_steps(&w, 1);

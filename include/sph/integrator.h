@@ -86,8 +86,8 @@ SPH_API SPH_NODISCARD sph_status sph_integrator_set_dt(sph_integrator *integrato
  *
  *     dt = min(courant h / c0, 0.25 sqrt(h / max |a|), 0.125 h^2 / nu)
  *
- * Defaults: 0.46 (symplectic, verlet) or 0.476 (rk4) of the lattice limit of the kernel, see
- * sph_integrator_stable_dt: 0.48, 0.48 and 1.5 for the Gaussian kernel.
+ * Defaults: 0.4 (symplectic, verlet) or 0.488 (rk4) of the lattice limit of the kernel, see
+ * sph_integrator_stable_dt: with density diffusion 0.49, 0.49 and 1.5 for the Gaussian kernel.
  *
  * Units      dimensionless
  * Parallel   not while another call uses the context

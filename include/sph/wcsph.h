@@ -167,9 +167,10 @@ SPH_API SPH_NODISCARD sph_status sph_wcsph_set_periodic(sph_integrator *integrat
 SPH_API SPH_NODISCARD sph_status sph_wcsph_set_domain(sph_integrator *integrator, const double *lo,
                                                       const double *hi);
 
-/** Distance beyond the support that neighbour lists reach, so that they last several steps.
+/** Largest distance beyond the support that neighbour lists reach, so that they last several steps;
+ * below it the distance follows the speed of the flow.
  *
- * Units      fraction of the support radius, 0.001 to 0.5; 0.15 until called
+ * Units      fraction of the support radius, 0.001 to 0.5; 0.25 until called
  * Parallel   not while another call uses the context
  * Errors     SPH_E_ARGUMENT integrator NULL, out of range; SPH_E_TYPE another method
  * Since      0.1

@@ -80,6 +80,8 @@ sph_status sph_boundary_create(sph_context *context, sph_wall *wall, double spac
   if (!context) return SPH_E_ARGUMENT;
   SPH_CHECK(context, wall && interpolator && out, SPH_E_ARGUMENT, "boundary: %s is NULL",
             !wall ? "wall" : !interpolator ? "interpolator" : "out");
+  SPH_CHECK(context, interpolator->context == context, SPH_E_ARGUMENT,
+            "boundary: the interpolator is of another context");
   SPH_CHECK(context, isfinite(spacing) && spacing > 0, SPH_E_ARGUMENT,
             "boundary: spacing must be > 0 m, got %g", spacing);
   sph_boundary *boundary = SPHI_NEW(context, 1, sph_boundary);
@@ -176,11 +178,16 @@ sph_status sphi_boundary_prepare(sph_boundary *boundary, const sphi_variant *var
   return SPH_OK;
 }
 
-sph_status sphi_boundary_move(sph_boundary *boundary, double t) {
-  const int dim = boundary->dim;
+sph_status sphi_boundary_place_walls(sph_boundary *boundary, double t) {
   for (int w = 0; w < boundary->walls; w++)
     SPH_TRY(sphi_wall_motion_at(boundary->wall[w], t, boundary->state[w].displacement,
                                 boundary->state[w].velocity, boundary->state[w].acceleration));
+  return SPH_OK;
+}
+
+sph_status sphi_boundary_move(sph_boundary *boundary, double t) {
+  const int dim = boundary->dim;
+  SPH_TRY(sphi_boundary_place_walls(boundary, t));
   const int32_t n = (int32_t)boundary->points.n;
 #pragma omp parallel for num_threads(boundary->context->threads) schedule(static)
   for (int32_t k = 0; k < n; k++) {

@@ -31,7 +31,8 @@ struct sph_boundary {
   sphi_wall_state state[SPHI_MAX_WALLS];
   bool no_suction;
   double thin;
-  bool in_use; /* an integrator has it: no more walls */
+  bool taken;  /* an integrator holds it */
+  bool in_use; /* an integrator has stepped with it: no more walls */
   sphi_ghost_points points; /* reference positions, in order of creation */
   int32_t *wall_of;         /* [n] */
   int64_t wall_of_capacity;
@@ -52,6 +53,8 @@ void sphi_boundary_retain(sph_boundary *boundary);
 /* Allocates what steps need, for the ghosts there are now. */
 sph_status sphi_boundary_prepare(sph_boundary *boundary, const sphi_variant *variant);
 bool sphi_boundary_moves(const sph_boundary *boundary);
+/* Where the walls are at time t, without their ghosts. */
+sph_status sphi_boundary_place_walls(sph_boundary *boundary, double t);
 /* Puts walls, ghosts and mirror points where they are at time t. */
 sph_status sphi_boundary_move(sph_boundary *boundary, double t);
 /* Sorts ghosts and mirror points anew. */

@@ -7,9 +7,9 @@ static const struct {
   sph_stepper stepper;
   const char *name;
   double share;
-} steppers[] = {{SPH_STEPPER_SYMPLECTIC, "symplectic", 0.46},
-                {SPH_STEPPER_VERLET, "verlet", 0.46},
-                {SPH_STEPPER_RK4, "rk4", 0.476}};
+} steppers[] = {{SPH_STEPPER_SYMPLECTIC, "symplectic", 0.4},
+                {SPH_STEPPER_VERLET, "verlet", 0.4},
+                {SPH_STEPPER_RK4, "rk4", 0.488}};
 
 enum { STEPPERS = sizeof steppers / sizeof steppers[0] };
 

@@ -27,6 +27,7 @@ double sphi_wcsph_density(const wcsph *w, double p) {
 static void destroy(sph_integrator *flow) {
   wcsph *w = wcsph_of(flow);
   sph_context *context = flow->context;
+  if (w->boundary) w->boundary->taken = false;
   sph_boundary_destroy(&w->boundary);
   sphi_list_free(context, &w->ghost_list);
   for (int k = 0; k < WCSPH_ARRAYS; k++) sphi_free(context, w->array[k]);
@@ -58,6 +59,11 @@ sph_status sph_wcsph_create(sph_context *context, sph_kernel *kernel, sph_partic
   if (!context) return SPH_E_ARGUMENT;
   SPH_CHECK(context, kernel && particles && out, SPH_E_ARGUMENT, "wcsph: %s is NULL",
             !kernel ? "kernel" : !particles ? "particles" : "out");
+  const char *stranger = kernel->context != context                   ? "kernel"
+                         : particles->context != context              ? "particle set"
+                         : boundary && boundary->context != context ? "boundary"
+                                                                      : NULL;
+  SPH_CHECK(context, !stranger, SPH_E_ARGUMENT, "wcsph: the %s is of another context", stranger);
   SPH_CHECK(context, kernel->dim == particles->dim, SPH_E_ARGUMENT,
             "wcsph: the kernel has dimension %d, particles \"%s\" have %d", kernel->dim,
             particles->name, particles->dim);
@@ -72,6 +78,8 @@ sph_status sph_wcsph_create(sph_context *context, sph_kernel *kernel, sph_partic
               "wcsph: ghosts lie %g m deep, the kernel's support is %g m; give the interpolator a "
               "kernel of at least that support",
               boundary->interpolator->kernel->support, kernel->support);
+    SPH_CHECK(context, !boundary->taken, SPH_E_ARGUMENT,
+              "wcsph: another integrator has this boundary; create one more from the same walls");
   }
   int acceleration = 0;
   SPH_TRY(acceleration_field(particles, &acceleration));
@@ -85,14 +93,17 @@ sph_status sph_wcsph_create(sph_context *context, sph_kernel *kernel, sph_partic
   flow->data = w;
   w->acceleration = acceleration;
   w->boundary = boundary;
-  if (boundary) sphi_boundary_retain(boundary);
+  if (boundary) {
+    sphi_boundary_retain(boundary);
+    boundary->taken = true;
+  }
   w->rho0 = 1000;
   w->gamma = 7;
   w->equation = SPH_EOS_LINEAR;
   w->diffusion = SPH_DIFFUSION_DELTA;
   w->delta = 0.1;
   w->alpha = 0.02;
-  w->skin = 0.15;
+  w->skin = 0.25;
   w->force.constant[particles->dim - 1] = -9.81;
   *out = flow;
   return SPH_OK;
@@ -339,7 +350,7 @@ static double stable_courant(const sph_integrator *flow, sph_stepper stepper) {
   const wcsph *w = wcsph_of(flow);
   const double moment = second_moment(flow->kernel);
   const bool diffuses = w && w->diffusion != SPH_DIFFUSION_NONE && w->delta > 0;
-  const double factor = stepper == SPH_STEPPER_RK4 ? 4.46 : diffuses ? 1.49 : 2.99;
+  const double factor = stepper == SPH_STEPPER_RK4 ? 4.36 : diffuses ? 1.75 : 2.99;
   const double courant = factor * sqrt(moment);
   return diffuses ? fmin(courant, moment / w->delta) : courant;
 }

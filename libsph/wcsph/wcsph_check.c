@@ -25,6 +25,19 @@ static double wall_distance(const sph_integrator *flow, int32_t i, double bound,
   return nearest;
 }
 
+/* An end on a face of a periodic box is none: the wall goes on in the next period. */
+static bool ends_at_period(const sph_integrator *flow, const double *end, const double *displacement) {
+  const wcsph *w = wcsph_of(flow);
+  for (int d = 0; d < flow->particles->dim; d++) {
+    const double tolerance = 1e-9 * (w->periodic_hi[d] - w->periodic_lo[d]);
+    const double at = end[d] + displacement[d];
+    if (w->periodic[d] &&
+        (fabs(at - w->periodic_lo[d]) <= tolerance || fabs(at - w->periodic_hi[d]) <= tolerance))
+      return true;
+  }
+  return false;
+}
+
 sph_status sphi_wcsph_check_walls(sph_integrator *flow) {
   const sph_boundary *boundary = wcsph_of(flow)->boundary;
   const sph_particles *particles = flow->particles;
@@ -44,6 +57,7 @@ sph_status sphi_wcsph_check_walls(sph_integrator *flow) {
     double ends[2 * SPHI_WALL_MAX_ENDS];
     const int count = sphi_wall_open_ends(boundary->wall[w], ends);
     for (int e = 0; e < count; e++) {
+      if (ends_at_period(flow, ends + dim * e, boundary->state[w].displacement)) continue;
       for (sph_index i = 0; i < particles->n; i++) {
         double r2 = 0;
         for (int d = 0; d < dim; d++) {

@@ -132,18 +132,28 @@ static void run_momentum(sph_integrator *flow, bool split) {
   flow->stats.evaluations++;
 }
 
-/* Adds the body force at the particles' places to the acceleration field. */
-static void add_body_force(sph_integrator *flow, double t) {
+static sph_status report_bad(sph_integrator *flow, int32_t i, double dt);
+
+/* Adds the body force at the particles' places to the acceleration field. Stops at once at values that
+ * cannot be: a later evaluation would spread them over their neighbours. */
+static sph_status add_body_force(sph_integrator *flow, double t, double dt) {
   const wcsph *w = wcsph_of(flow);
   const int dim = flow->particles->dim;
   double **a = field(flow, w->acceleration), **x = field(flow, SPHI_X);
-#pragma omp parallel for num_threads(flow->context->threads) schedule(static)
+  const array rho = field(flow, SPHI_RHO)[0];
+  int32_t bad = INT32_MAX;
+#pragma omp parallel for num_threads(flow->context->threads) schedule(static) reduction(min : bad)
   for (int32_t i = 0; i < flow->particles->n; i++) {
-    double f[SPHI_MAX_DIM] = {0}, at[SPHI_MAX_DIM];
+    double f[SPHI_MAX_DIM] = {0}, at[SPHI_MAX_DIM], a2 = 0;
     for (int d = 0; d < dim; d++) at[d] = x[d][i];
     if (w->force.function) w->force.function(t, at, f, w->force.user);
-    for (int d = 0; d < dim; d++) a[d][i] += w->force.constant[d] + f[d];
+    for (int d = 0; d < dim; d++) {
+      a[d][i] += w->force.constant[d] + f[d];
+      a2 += a[d][i] * a[d][i];
+    }
+    if (!(a2 < HUGE_VAL && rho[i] > 0) && i < bad) bad = i;
   }
+  return bad == INT32_MAX ? SPH_OK : report_bad(flow, bad, dt);
 }
 
 /* y += factor * rate for positions, velocities or densities; at most one array a direction. */
@@ -258,7 +268,7 @@ static sph_status step_symplectic(sph_integrator *flow, double dt) {
   pack_new(flow, false);
   SPH_TRY(update_ghosts(flow, t));
   run_momentum(flow, false);
-  add_body_force(flow, t);
+  SPH_TRY(add_body_force(flow, t, dt));
   advance(flow, dim, field(flow, SPHI_V), dt, field(flow, w->acceleration));
   flow->stats.contacts += sphi_wcsph_stop_at_walls(flow);
   advance(flow, dim, field(flow, SPHI_X), dt, field(flow, SPHI_V));
@@ -276,7 +286,7 @@ static sph_status step_verlet(sph_integrator *flow, double dt) {
     SPH_TRY(update_ghosts(flow, t));
     run_gradient(flow);
     run_momentum(flow, false);
-    add_body_force(flow, t);
+    SPH_TRY(add_body_force(flow, t, dt));
   }
   advance(flow, dim, v, 0.5 * dt, a);
   flow->stats.contacts += sphi_wcsph_stop_at_walls(flow);
@@ -289,7 +299,7 @@ static sph_status step_verlet(sph_integrator *flow, double dt) {
   pack_new(flow, false);
   SPH_TRY(update_ghosts(flow, t + dt));
   run_momentum(flow, false);
-  add_body_force(flow, t + dt);
+  SPH_TRY(add_body_force(flow, t + dt, dt));
   advance(flow, dim, v, 0.5 * dt, a);
   advance_diffusion(flow, dt);
   w->accelerated = true;
@@ -352,7 +362,7 @@ static sph_status step_rk4(sph_integrator *flow, double dt) {
       run(flow, SPHI_OPERATOR_rates, &a);
       flow->stats.evaluations++;
     }
-    add_body_force(flow, t);
+    SPH_TRY(add_body_force(flow, t, dt));
     stage(flow, weight[k] * dt / 6, k < 3 ? place[k + 1] * dt : 0);
   }
   advance(flow, 1, field(flow, SPHI_RHO), 1, &w->array[WCSPH_SUM_RHO]);
@@ -377,6 +387,7 @@ sph_status sphi_wcsph_step(sph_integrator *flow, double dt) {
   const double begin = sphi_seconds();
   const double others = flow->stats.seconds_pack + flow->stats.seconds_boundary + flow->stats.seconds_pairs;
   w->packed = false;
+  if (flow->stats.max_speed * dt > flow->particles->spacing) SPH_TRY(check_state(flow, dt));
   if (flow->stepper == SPH_STEPPER_SYMPLECTIC)
     SPH_TRY(step_symplectic(flow, dt));
   else if (flow->stepper == SPH_STEPPER_VERLET)
@@ -411,10 +422,27 @@ double sphi_wcsph_limit(const sph_integrator *flow, sph_limiter *limiter) {
   return dt;
 }
 
+/* How far a particle or wall may come in the next step. */
+static double next_travel(const sph_integrator *flow) {
+  sph_limiter unused;
+  const double dt = flow->fixed_dt > 0 ? flow->fixed_dt : sphi_wcsph_limit(flow, &unused);
+  return dt * fmax(flow->stats.max_speed + dt * flow->stats.max_acceleration,
+                   wall_speed(wcsph_of(flow)));
+}
+
+/* Share of the support by which the lists reach farther. With a build as dear as half a step's pair
+ * sums, and list lengths that grow 1.3 times as fast as the skin, its cost and that of building anew
+ * balance at 0.9 sqrt(travel/support). One step must fit in any case. */
+static double choose_skin(const sph_integrator *flow) {
+  const double travel = next_travel(flow) / flow->kernel->support;
+  const double best = fmin(fmax(0.9 * sqrt(travel), 0.02), wcsph_of(flow)->skin);
+  return fmin(fmax(best, 2.2 * travel), 0.5);
+}
+
 /* Sorts and lists everything for the positions now. */
 static sph_status build(sph_integrator *flow) {
   wcsph *w = wcsph_of(flow);
-  const double radius = flow->kernel->support * (1 + w->skin);
+  const double radius = flow->kernel->support * (1 + choose_skin(flow));
   SPH_TRY(sphi_integrator_build(flow, radius));
   w->travelled = 0;
   w->packed = false;
@@ -455,6 +483,16 @@ static void default_domain(sph_integrator *flow) {
   }
 }
 
+static double largest_speed(const sph_integrator *flow) {
+  double **v = field(flow, SPHI_V), most2 = 0;
+  for (int32_t i = 0; i < flow->particles->n; i++) {
+    double v2 = 0;
+    for (int d = 0; d < flow->particles->dim; d++) v2 += v[d][i] * v[d][i];
+    most2 = fmax(most2, v2);
+  }
+  return sqrt(most2);
+}
+
 /* Everything that depends on particles the caller gave or changed. */
 static sph_status prepare(sph_integrator *flow) {
   wcsph *w = wcsph_of(flow);
@@ -470,6 +508,7 @@ static sph_status prepare(sph_integrator *flow) {
   sphi_frame_set(&flow->frame, particles->dim, origin, flow->kernel->support, w->periodic,
                  w->periodic_lo, w->periodic_hi);
   if (w->boundary) {
+    SPH_TRY(sphi_boundary_place_walls(w->boundary, flow->stats.time));
     SPH_TRY(sphi_wcsph_check_walls(flow));
     SPH_TRY(sphi_boundary_prepare(w->boundary, flow->variant));
   }
@@ -480,6 +519,7 @@ static sph_status prepare(sph_integrator *flow) {
   w->prepared = true;
   apply_equation_of_state(flow);
   w->accelerated = false;
+  flow->stats.max_speed = largest_speed(flow);
   if (!w->domain_given) default_domain(flow);
   if (flow->stats.max_acceleration == 0) { /* before the first step only the body force is known */
     const double *g = w->force.constant;
@@ -493,10 +533,8 @@ sph_status sphi_wcsph_refresh(sph_integrator *flow) {
   if (flow->revision != flow->particles->revision) {
     SPH_TRY(prepare(flow));
   } else {
-    sph_limiter unused;
-    const double dt = flow->fixed_dt > 0 ? flow->fixed_dt : sphi_wcsph_limit(flow, &unused);
-    const double speed = fmax(flow->stats.max_speed + dt * flow->stats.max_acceleration, wall_speed(w));
-    if (w->travelled + dt * speed > 0.5 * w->skin * flow->kernel->support) SPH_TRY(build(flow));
+    const double reach = 0.5 * (flow->list_radius - flow->kernel->support);
+    if (w->travelled + next_travel(flow) > reach) SPH_TRY(build(flow));
   }
   if (!w->packed) pack(flow, true);
   w->packed = true;
