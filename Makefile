@@ -127,7 +127,7 @@ TESTS := $(TEST_SOURCES:tests/%.c=$(BUILD)/tests/%)
 TESTS_SHARED := $(patsubst tests/%.c,$(BUILD)/tests/shared/%,$(filter tests/t00%,$(TEST_SOURCES)))
 EXAMPLES := $(patsubst examples/%.c,$(BUILD)/examples/%,$(sort $(wildcard examples/*.c)))
 EXAMPLE_COMMON := $(patsubst examples/%.c,$(BUILD)/examples/obj/%.o,$(wildcard examples/common/*.c))
-BENCHES := $(patsubst tests/bench/%.c,$(BUILD)/bench/%,$(sort $(wildcard tests/bench/*.c)))
+BENCH_OBJECTS := $(patsubst tests/bench/%.c,$(BUILD)/bench/obj/%.o,$(sort $(wildcard tests/bench/*.c)))
 FORMATTED := $(sort $(wildcard include/*.h include/*/*.h libsph/*/*.[ch] tests/*.[ch] tests/*/*.[ch] \
   tests/*/*/*.[ch] examples/*.[ch] examples/*/*.[ch]))
 
@@ -250,13 +250,22 @@ validate: lib examples ## run the published cases in full and compare with measu
 	else echo "tests/validation/run.sh does not exist: nothing to validate"; fi
 
 .PHONY: bench
-bench: $(BENCHES) ## build and run the speed measurements of tests/bench
-	@for program in $(BENCHES); do echo "== $$program"; $$program || exit 1; done
-	@$(if $(BENCHES),,echo "tests/bench holds no programs")
+bench: $(BUILD)/bench/bench ## measure the speed; table and build/bench.json (BENCH='--quick' for options)
+	OMP_WAIT_POLICY=passive $< --json $(BUILD)/bench.json $(BENCH)
+BENCH ?=
 
-$(BUILD)/bench/%: tests/bench/%.c $(LIB_STATIC) $(BUILD)/flags
+.PHONY: bench-compare
+BASELINE ?= $(BUILD)/bench.json
+bench-compare: $(BUILD)/bench/bench ## measure again; fail if 10 % slower than BASELINE=build/bench.json
+	OMP_WAIT_POLICY=passive $< --json $(BUILD)/bench-new.json --compare '$(BASELINE)' $(BENCH)
+
+# With -O3, so that the plain loop which everything is compared with gets what a compiler can give it.
+$(BUILD)/bench/obj/%.o: tests/bench/%.c $(BUILD)/flags
 	@mkdir -p $(@D)
-	$(call say,BENCH)$(CC) $(PROGRAM_CFLAGS) $(CPPFLAGS) $(CFLAGS) -o $@ $< $(LDFLAGS) $(LIB_STATIC) $(LIBS)
+	$(call say,CC)$(CC) $(PROGRAM_CFLAGS) -O3 $(CPPFLAGS) $(CFLAGS) -c -o $@ $<
+
+$(BUILD)/bench/bench: $(BENCH_OBJECTS) $(LIB_STATIC)
+	$(call say,BENCH)$(CC) $(PROGRAM_CFLAGS) $(CFLAGS) -o $@ $(BENCH_OBJECTS) $(LDFLAGS) $(LIB_STATIC) $(LIBS)
 
 # -------------------------------------------------------------------------------- rules of the house
 HEADER_WARNINGS := -Wall -Wextra -Wpedantic -Werror -Iinclude -fsyntax-only
@@ -405,4 +414,4 @@ clean: ## remove the build folders
 distclean: clean ## remove also config.mk and compile_commands.json
 	rm -f config.mk compile_commands.json
 
--include $(OBJECTS:.o=.d) $(TESTS:=.d) $(TESTS_SHARED:=.d) $(EXAMPLES:=.d) $(EXAMPLE_COMMON:.o=.d) $(BENCHES:=.d)
+-include $(OBJECTS:.o=.d) $(TESTS:=.d) $(TESTS_SHARED:=.d) $(EXAMPLES:=.d) $(EXAMPLE_COMMON:.o=.d) $(BENCH_OBJECTS:.o=.d)

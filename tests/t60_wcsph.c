@@ -716,6 +716,47 @@ static void periodic_seam_is_seamless(void) {
   for (int j = 0; j < 2; j++) free(y[j]), free(u[j]);
 }
 
+/* Twice the support is the least a period may be; speed must not make the lists reach around it. */
+static void least_period(void) {
+  for (int k = 0; k < 3; k++) {
+    double *x[2], time = 0;
+    int64_t size = 0;
+    static const double U[2] = {12, -9};
+    for (int moving = 0; moving < 2; moving++) {
+      const double dx = 0.05, skin = 0.01, none[2] = {0, 0}, lo[2] = {0, 0};
+      flow_world w = flow_open((flow_plan){.dx = dx, .c0 = 40, .kernel = SPH_KERNEL_WENDLAND_C2,
+                                           .ratio = 1.98, .precision = SPH_PRECISION_DOUBLE});
+      const double hi[2] = {8 * dx, 8 * dx};
+      SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0));
+      flow_jitter(&w, 0.2, 3);
+      flow_stir(&w, 0.5, 4);
+      flow_build(&w);
+      SPH_TEST_OK(w.context, sph_wcsph_set_gravity(w.flow, none));
+      SPH_TEST_OK(w.context, sph_wcsph_set_skin(w.flow, skin));
+      for (int d = 0; d < 2; d++) SPH_TEST_OK(w.context, sph_wcsph_set_periodic(w.flow, d, 0, hi[d]));
+      SPH_TEST_OK(w.context, sph_integrator_set_stepper(w.flow, steppers[k]));
+      SPH_TEST_OK(w.context, sph_integrator_set_dt(w.flow, 0.5 * sph_integrator_stable_dt(w.flow)));
+      size = 2 * (int64_t)sph_particles_count(w.water);
+      double *v = flow_read(&w, SPH_VELOCITY);
+      for (int64_t i = 0; i < size && moving; i++) v[i] += U[i % 2];
+      flow_write(&w, SPH_VELOCITY, v);
+      free(v);
+      flow_steps(&w, 30);
+      time = sph_integrator_time(w.flow);
+      x[moving] = flow_read(&w, SPH_POSITION);
+      flow_free(&w);
+    }
+    double worst = 0;
+    for (int64_t i = 0; i < size; i++) {
+      const double apart = x[1][i] - x[0][i] - time * U[i % 2];
+      worst = fmax(worst, fabs(remainder(apart, 0.4)));
+    }
+    SPH_TEST_BELOW(worst, 1e-11);
+    free(x[0]);
+    free(x[1]);
+  }
+}
+
 SPH_TEST_MAIN("wcsph", {"pairs conserve momentum to round-off", momentum_is_conserved},
               {"and in single precision to its round-off", momentum_single},
               {"a drop moves alike at any constant velocity", galilean},
@@ -731,4 +772,5 @@ SPH_TEST_MAIN("wcsph", {"pairs conserve momentum to round-off", momentum_is_cons
               {"a linear density does not diffuse", linear_density_stays},
               {"viscosity damps shear at the analytic rate", viscosity_has_its_rate},
               {"Taylor-Green vortices decay as they should", taylor_green_decays},
-              {"nothing happens at the seam of a periodic box", periodic_seam_is_seamless})
+              {"nothing happens at the seam of a periodic box", periodic_seam_is_seamless},
+              {"the least period serves at any speed", least_period})

@@ -154,11 +154,13 @@ static void settings_refuse(void) {
   SPH_TEST_STATUS(c, sph_wcsph_set_periodic(f, 0, 1, 1), SPH_E_ARGUMENT, "lo < hi");
   SPH_TEST_STATUS(c, sph_wcsph_set_periodic(f, 0, NAN, 1), SPH_E_ARGUMENT, "lo < hi");
   SPH_TEST_STATUS(c, sph_wcsph_set_periodic(f, 0, 0, INFINITY), SPH_E_ARGUMENT, "lo < hi");
+  SPH_TEST_OK(c, sph_wcsph_set_skin(f, 0.05));
   const double reach = 2 * w.support * 1.05;
   SPH_TEST_STATUS(c, sph_wcsph_set_periodic(f, 0, 0, 0.999 * reach), SPH_E_ARGUMENT,
                   "shorter than twice the support");
   /* None of it took: the tank goes on as it would without. */
   flow_world untouched = tank_open((flow_plan){.c0 = 40});
+  SPH_TEST_OK(untouched.context, sph_wcsph_set_skin(untouched.flow, 0.05));
   flow_steps(&w, 10);
   flow_steps(&untouched, 10);
   double *x = flow_read(&w, SPH_POSITION), *y = flow_read(&untouched, SPH_POSITION);
@@ -359,12 +361,13 @@ static void periodic_floor_has_no_ends(void) {
   double *before = flow_read(&w, SPH_POSITION);
   SPH_TEST_OK(w.context, sph_integrator_advance(w.flow, 1));
   double *after = flow_read(&w, SPH_POSITION), *u = flow_read(&w, SPH_VELOCITY);
-  double worst = 0;
+  double worst = 0, slower = 0;
   for (int k = 0; k < 200; k++) {
     worst = fmax(worst, fabs(after[2 * k + 1] - before[2 * k + 1])); /* rows stay rows */
-    SPH_TEST_CLOSE(u[2 * k], 1.5, 0, 1e-9);
+    slower = fmax(slower, fabs(u[2 * k] - 1.5));
   }
   SPH_TEST_BELOW(worst, 0.1 * w.dx);
+  SPH_TEST_BELOW(slower, 1e-3);
   free(v);
   free(u);
   free(before);

@@ -164,9 +164,11 @@ static void averages_of_a_linear_pressure_are_its_middle(void) {
   for (int points = 1; points <= 9; points += 4) {
     sph_probe *mean, *disc;
     SPH_TEST_OK(t.context, sph_probe_create_pressure_average(t.flow, a, b, points, &mean));
+    SPH_TEST_OK(t.context, sph_probe_set_interpolator(mean, SPH_INTERPOLATOR_MLS_LINEAR));
     SPH_TEST_CLOSE(sample(&t, mean), 10000 - 2000 * 0.2, 0, bound);
     SPH_TEST_OK(t.context,
                 sph_probe_create_pressure_disc(t.flow, centre, along, 0.2, points, &disc));
+    SPH_TEST_OK(t.context, sph_probe_set_interpolator(disc, SPH_INTERPOLATOR_MLS_LINEAR));
     SPH_TEST_CLOSE(sample(&t, disc), 10000 - 2000 * 0.2, 0, bound);
     sph_probe_destroy(&mean);
     sph_probe_destroy(&disc);

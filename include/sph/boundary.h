@@ -48,7 +48,8 @@ typedef enum sph_ghost_value {
  * Units      spacing > 0 [m], that of the fluid
  * Ownership  holds references to wall and interpolator; the caller destroys *out
  * Parallel   not while another call uses the context
- * Errors     SPH_E_ARGUMENT a NULL, spacing not finite or <= 0, dimensions that differ;
+ * Errors     SPH_E_ARGUMENT a NULL, spacing not finite or <= 0, dimensions that differ, an
+ *            interpolator of another context;
  *            SPH_E_UNSUPPORTED a corner that has no mirror rule; SPH_E_MEMORY
  * Source     Huang et al. (2019), section 2.2; Marrone et al. (2011); differs: (3) has the wall's
  *            acceleration and the vector from mirror to ghost, where the paper prints d and 2 d

@@ -9,6 +9,7 @@
 #ifndef SPH_PROBE_H
 #define SPH_PROBE_H
 
+#include <sph/interpolator.h>
 #include <sph/types.h>
 
 SPH_BEGIN_DECLS
@@ -21,9 +22,9 @@ typedef void (*sph_probe_function)(const sph_integrator *flow, double *values, v
  *
  *     p = I[p] - rho0 f . sum_j phi_j (x_j - x),   0 where sum_j W_j V_j < 0.05                  (1)
  *
- * I is moving least squares of the fluid's particles with the flow's kernel, exact for a linear
- * pressure; where the neighbours do not carry it improved Shepard replaces it, and the second term of
- * (1), with f the body force, then accounts for the hydrostatic gradient.
+ * I is the normalized kernel mean of the fluid's particles with the flow's kernel and f the body
+ * force: the second term of (1) accounts for the hydrostatic gradient, and at a wall at rest the
+ * gradient along the normal is no other. sph_probe_set_interpolator chooses another I.
  *
  * Shape      x [dim]
  * Units      x m; p Pa
@@ -88,6 +89,18 @@ SPH_API SPH_NODISCARD sph_status sph_probe_create_pressure_disc(sph_integrator *
  */
 SPH_API SPH_NODISCARD sph_status sph_probe_create_velocity(sph_integrator *flow, const double *x,
                                                            sph_probe **out);
+
+/** Choose how a probe of pressure or velocity interpolates: normalized (pressure, until called),
+ * linear moving least squares (velocity, until called; exact for any linear field, but at a wall an
+ * extrapolation in which single particles count more) or improved Shepard.
+ *
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT probe NULL or unknown interpolator; SPH_E_TYPE a probe that does not
+ *            interpolate; SPH_E_MEMORY
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_probe_set_interpolator(sph_probe *probe,
+                                                            sph_interpolator_type type);
 
 /** Record the force of the fluid on a wall, sph_boundary_read_force: of the last evaluation in the
  * step, zero before the first step. Columns f_x, f_y and in 3D f_z.

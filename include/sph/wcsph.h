@@ -47,7 +47,9 @@ typedef struct sph_energy {
  *
  * Ownership  holds references to kernel, particles and boundary; the caller destroys *out
  * Parallel   not while another call uses the context
- * Errors     SPH_E_ARGUMENT a NULL, dimensions that differ, no particles; SPH_E_MEMORY
+ * Errors     SPH_E_ARGUMENT a NULL, dimensions that differ, no particles, handles of another context,
+ *            a boundary that another integrator has, ghosts that do not fill the kernel's support;
+ *            SPH_E_MEMORY
  * Source     Huang et al. (2019), eq. (5)-(6); differs: the viscous prefactor is rho0 c0 instead of
  *            rho_i c, so that pairs conserve momentum (Antuono et al. 2010); ghosts take no part in
  *            the density diffusion
@@ -116,8 +118,8 @@ SPH_API SPH_NODISCARD sph_status sph_wcsph_set_body_force(sph_integrator *integr
  *
  * Units      delta dimensionless, 0 to 1
  * Parallel   not while another call uses the context
- * Errors     SPH_E_ARGUMENT integrator NULL, unknown kind, delta out of range, or a fixed time step in
- *            use that would be unstable; SPH_E_TYPE another method
+ * Errors     SPH_E_ARGUMENT integrator NULL, unknown kind, delta out of range, or a fixed time step or
+ *            Courant number in use that would be unstable; SPH_E_TYPE another method
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_wcsph_set_diffusion(sph_integrator *integrator,

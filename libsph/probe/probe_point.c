@@ -87,8 +87,11 @@ static sph_status fill_points(sph_probe *probe, const places *from) {
   data->weight = SPHI_NEW(probe->context, from->n, double);
   SPH_CHECK(probe->context, data->weight, SPH_E_MEMORY, "probe \"%s\": no memory for %d points",
             probe->name, from->n);
-  SPH_TRY(sph_interpolator_create(probe->context, SPH_INTERPOLATOR_MLS_LINEAR, flow->kernel,
-                                  &data->interpolator));
+  /* At a wall the pressure gradient along the normal is the body force's, which is what compensation
+   * assumes, and single particles count less than in an extrapolation by least squares. */
+  const sph_interpolator_type type = probe->kind == &velocity_kind ? SPH_INTERPOLATOR_MLS_LINEAR
+                                                                   : SPH_INTERPOLATOR_NORMALIZED;
+  SPH_TRY(sph_interpolator_create(probe->context, type, flow->kernel, &data->interpolator));
   SPH_TRY(sphi_gather_reserve(probe->context, &data->gather, data->interpolator, dim, from->n,
                               flow->variant->real_size));
   for (int k = 0; k < from->n; k++) {
@@ -117,6 +120,24 @@ static sph_status create_at(sph_integrator *flow, const sphi_probe_kind *kind, c
   SPH_TRY(sphi_probe_new(flow, kind, velocity ? dim : 1, velocity ? velocity_names : pressure_names,
                          velocity ? velocity_units : pressure_units, &probe));
   return sphi_probe_finish(probe, fill_points(probe, from), out);
+}
+
+sph_status sph_probe_set_interpolator(sph_probe *probe, sph_interpolator_type type) {
+  if (!probe) return SPH_E_ARGUMENT;
+  SPH_CHECK(probe->context, probe->kind == &pressure_kind || probe->kind == &velocity_kind,
+            SPH_E_TYPE, "probe \"%s\": only pressure and velocity are interpolated", probe->name);
+  sph_integrator *flow = probe->flow;
+  points_data *data = probe->data;
+  sph_interpolator *interpolator;
+  SPH_TRY(sph_interpolator_create(probe->context, type, flow->kernel, &interpolator));
+  const sph_status status =
+      sphi_gather_reserve(probe->context, &data->gather, interpolator, flow->particles->dim,
+                          data->gather.n, flow->variant->real_size);
+  sph_interpolator *unused = status == SPH_OK ? data->interpolator : interpolator;
+  if (status == SPH_OK) data->interpolator = interpolator;
+  data->build = -1;
+  sph_interpolator_destroy(&unused);
+  return status;
 }
 
 sph_status sph_probe_create_pressure(sph_integrator *flow, const double *x, sph_probe **out) {

@@ -233,7 +233,7 @@ sph_status sphi_columns_build(sph_context *context, sphi_columns *columns, const
     columns->entry[at].rank = rank ? rank[i] : i;
     columns->entry[at].point = i;
   }
-#pragma omp parallel for num_threads(context->threads) schedule(static)
+#pragma omp parallel for num_threads(context->threads) schedule(static) if (n > 1024)
   for (int32_t c = 0; c < columns->columns; c++) {
     const int32_t begin = columns->start[c], end = columns->start[c + 1];
     sort_entries(columns->entry + begin, columns->entry_scratch + begin, end - begin);
@@ -251,7 +251,7 @@ void sphi_columns_fix(sph_context *context, sphi_columns *columns, const sphi_fr
   for (int d = 0; d < frame->dim; d++) {
     uint32_t *fixed = columns->fixed[d];
     const double *from = x[d];
-#pragma omp parallel for num_threads(context->threads) schedule(static)
+#pragma omp parallel for num_threads(context->threads) schedule(static) if (columns->n > 1024)
     for (int32_t k = 0; k < columns->n; k++)
       fixed[k] = sphi_frame_fix(frame, d, from[columns->order[k]]);
   }
@@ -390,7 +390,7 @@ sph_status sphi_clusters_build(sph_context *context, sphi_clusters *clusters,
       first += count;
     }
   }
-#pragma omp parallel for num_threads(context->threads) schedule(static)
+#pragma omp parallel for num_threads(context->threads) schedule(static) if (clusters->n > 64)
   for (int32_t k = 0; k < clusters->n; k++) {
     for (int d = 0; d < dim; d++) {
       double lo = HUGE_VAL, hi = -HUGE_VAL;

@@ -45,7 +45,7 @@ void sphi_sweep_run(sph_context *context, const sphi_variant *variant, int opera
       variant->loops[operator_index][sweep->kernel->type - 1][sweep->frame->dim - 2];
   const int32_t n = sweep->subset ? sweep->subset_count : sweep->targets->n;
   const int32_t blocks = (n + BLOCK - 1) / BLOCK;
-#pragma omp parallel for num_threads(context->threads) schedule(dynamic)
+#pragma omp parallel for num_threads(context->threads) schedule(dynamic) if (blocks > 1)
   for (int32_t block = 0; block < blocks; block++) {
     const int32_t begin = block * BLOCK, end = begin + BLOCK < n ? begin + BLOCK : n;
     loop(sweep, arguments, begin, end);
@@ -55,7 +55,7 @@ void sphi_sweep_run(sph_context *context, const sphi_variant *variant, int opera
 void sphi_pack_run(sph_context *context, const sphi_variant *variant, const sphi_pack *pack) {
   enum { POINTS = 1024 };
   const int32_t blocks = (pack->n + POINTS - 1) / POINTS;
-#pragma omp parallel for num_threads(context->threads) schedule(static)
+#pragma omp parallel for num_threads(context->threads) schedule(static) if (blocks > 1)
   for (int32_t block = 0; block < blocks; block++) {
     const int32_t begin = block * POINTS, end = begin + POINTS < pack->n ? begin + POINTS : pack->n;
     variant->pack(pack, begin, end);
@@ -83,7 +83,7 @@ static bool reserve_parts(sph_context *context, sphi_list *list, int32_t parts) 
 sph_status sphi_list_build(sph_context *context, sphi_list *list, const sphi_frame *frame,
                            const sphi_clusters *targets, const sphi_columns *sources,
                            double radius) {
-  const int32_t parts = context->threads;
+  const int32_t parts = targets->n < 64 ? 1 : context->threads;
   const sphi_list_function rows = sphi_variant_find(context->isa, SPH_PRECISION_SINGLE)->list;
   list->clusters = targets->n;
   SPH_CHECK(context,

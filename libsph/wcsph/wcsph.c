@@ -2,6 +2,7 @@
 #include "wcsph/wcsph_impl.h"
 
 static const sphi_method method;
+static double stable_courant(const sph_integrator *flow, sph_stepper stepper);
 
 #define SETTER(flow)                                                                           \
   if (!(flow)) return SPH_E_ARGUMENT;                                                          \
@@ -182,13 +183,19 @@ sph_status sph_wcsph_set_diffusion(sph_integrator *integrator, sph_diffusion kin
   w->diffusion = kind;
   w->delta = delta;
   const double limit = sph_integrator_stable_dt(integrator);
-  if (limit > 0 && integrator->fixed_dt > limit) {
+  const double most = stable_courant(integrator, integrator->stepper);
+  const bool too_long = limit > 0 && integrator->fixed_dt > limit;
+  if (too_long || integrator->courant > most) {
     w->diffusion = kind_before;
     w->delta = delta_before;
+    SPH_CHECK(context, !too_long, SPH_E_ARGUMENT,
+              "wcsph: with delta %g the fixed time step %g s is beyond the stable %g s; call "
+              "sph_integrator_set_dt first",
+              delta, integrator->fixed_dt, limit);
     return SPHI_ERROR(context, SPH_E_ARGUMENT,
-                      "wcsph: with delta %g the fixed time step %g s is beyond the stable %g s; call "
-                      "sph_integrator_set_dt first",
-                      delta, integrator->fixed_dt, limit);
+                      "wcsph: with delta %g the courant number %g is beyond the stable %g; call "
+                      "sph_integrator_set_courant first",
+                      delta, integrator->courant, most);
   }
   integrator->revision = -1;
   return SPH_OK;

@@ -442,7 +442,9 @@ static double choose_skin(const sph_integrator *flow) {
 /* Sorts and lists everything for the positions now. */
 static sph_status build(sph_integrator *flow) {
   wcsph *w = wcsph_of(flow);
-  const double radius = flow->kernel->support * (1 + choose_skin(flow));
+  /* The first lists are as long as any later ones, so that these find room. */
+  const double skin = fmax(choose_skin(flow), w->prepared ? 0 : w->skin);
+  const double radius = flow->kernel->support * (1 + skin);
   SPH_TRY(sphi_integrator_build(flow, radius));
   w->travelled = 0;
   w->packed = false;
@@ -512,6 +514,11 @@ static sph_status prepare(sph_integrator *flow) {
     SPH_TRY(sphi_wcsph_check_walls(flow));
     SPH_TRY(sphi_boundary_prepare(w->boundary, flow->variant));
   }
+  flow->stats.max_speed = largest_speed(flow); /* lists must reach as far as a step goes */
+  if (flow->stats.max_acceleration == 0) { /* before the first step only the body force is known */
+    const double *g = w->force.constant;
+    flow->stats.max_acceleration = sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
+  }
   w->prepared = false;
   SPH_TRY(build(flow));
   /* The places of the density gradient must be zero where no gradient is taken. */
@@ -519,12 +526,7 @@ static sph_status prepare(sph_integrator *flow) {
   w->prepared = true;
   apply_equation_of_state(flow);
   w->accelerated = false;
-  flow->stats.max_speed = largest_speed(flow);
   if (!w->domain_given) default_domain(flow);
-  if (flow->stats.max_acceleration == 0) { /* before the first step only the body force is known */
-    const double *g = w->force.constant;
-    flow->stats.max_acceleration = sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
-  }
   return SPH_OK;
 }
 

@@ -6,7 +6,8 @@
 #include <string.h>
 
 #define LAMBDA_MIN 0.1 /* a gradient whose moment matrix is closer to singular is left out */
-#define SUMS 10
+/* Numbers a particle in the array of sums: what the first pass wants. */
+#define SUMS(dim) ((dim) == 2 ? 6 : 10)
 
 /* Literal kernels and dimensions are folded in, as a careful author's compiler would do too. */
 #define INLINE static inline __attribute__((always_inline))
@@ -25,7 +26,7 @@ int plain_allocate(plain_flow *flow, int dim, int32_t n) {
   flow->start = calloc(count + 1, sizeof *flow->start);
   flow->cell = calloc(count, sizeof *flow->cell);
   flow->order = calloc(count, sizeof *flow->order);
-  flow->sums = calloc(count * SUMS, number);
+  flow->sums = calloc(count * SUMS(3), number);
   flow->gradient = calloc(vector, number);
   flow->lambda = calloc(count, number);
   flow->divergence = calloc(count, number);
@@ -37,10 +38,11 @@ int plain_allocate(plain_flow *flow, int dim, int32_t n) {
 }
 
 void plain_free(plain_flow *flow) {
-  void *all[] = {flow->x,    flow->v,     flow->m,    flow->rho,      flow->p,
-                 flow->near, flow->start, flow->cell, flow->order,    flow->volume,
-                 flow->sums, flow->lambda, flow->gradient, flow->divergence, flow->acceleration,
-                 flow->density_rate};
+  void *all[] = {
+      flow->x,           flow->v,      flow->m,        flow->rho,        flow->p,
+      flow->near,        flow->start,  flow->cell,     flow->order,      flow->volume,
+      flow->sums,        flow->lambda, flow->gradient, flow->divergence, flow->acceleration,
+      flow->density_rate};
   for (size_t k = 0; k < sizeof all / sizeof *all; k++) free(all[k]);
   memset(flow, 0, sizeof *flow);
 }
@@ -143,7 +145,8 @@ int plain_list(plain_flow *flow) {
           free(g.first);
           return 0;
         }
-        used = dim == 2 ? append(flow, i, begin, end, used, 2) : append(flow, i, begin, end, used, 3);
+        used =
+            dim == 2 ? append(flow, i, begin, end, used, 2) : append(flow, i, begin, end, used, 3);
       }
     }
   }
@@ -165,8 +168,7 @@ static constants constants_of(const plain_flow *flow) {
     sigma = flow->dim == 2 ? 7 / (4 * pi) : 21 / (16 * pi);
   else
     sigma = 1 / (flow->dim == 2 ? pi * (1 - 10 * end) : pi * (sqrt(pi) * erf(3.0) - 42 * end));
-  return (constants){sigma * pow(flow->h, -flow->dim - 2), 1 / (flow->h * flow->h),
-                     0.5 / flow->h};
+  return (constants){sigma * pow(flow->h, -flow->dim - 2), 1 / (flow->h * flow->h), 0.5 / flow->h};
 }
 
 /* (dW/dr)/r */
@@ -177,7 +179,13 @@ INLINE double kernel_slope(const constants *c, const plain_kernel kernel, double
 }
 
 static void clear_sums(plain_flow *flow) {
-  memset(flow->sums, 0, (size_t)flow->n * SUMS * sizeof *flow->sums);
+  memset(flow->sums, 0, (size_t)flow->n * SUMS(flow->dim) * sizeof *flow->sums);
+}
+
+/* What particle i gathered itself, onto what its neighbours have given it. */
+INLINE void add_sums(plain_flow *flow, int32_t i, const double *gathered, const int dim) {
+  double *sums = flow->sums + (int64_t)i * SUMS(dim);
+  for (int k = 0; k < SUMS(dim); k++) sums[k] += gathered[k];
 }
 
 /* Sums of a particle: divergence, b[dim], moment matrix xx yy (zz) xy (xz yz). */
@@ -186,10 +194,10 @@ INLINE void gradient_pairs(plain_flow *flow, const plain_kernel kernel, const in
   const double *x = flow->x, *v = flow->v, *rho = flow->rho, *volume = flow->volume;
   const int matrix = 1 + dim;
   for (int32_t i = 0; i < flow->n; i++) {
-    double *si = flow->sums + (int64_t)i * SUMS;
+    double si[SUMS(3)] = {0};
     for (int64_t k = flow->start[i]; k < flow->start[i + 1]; k++) {
       const int32_t j = flow->near[k];
-      double *sj = flow->sums + (int64_t)j * SUMS;
+      double *sj = flow->sums + (int64_t)j * SUMS(dim);
       double dx[3], r2 = 0, approach = 0;
       for (int d = 0; d < dim; d++) {
         dx[d] = x[i * dim + d] - x[j * dim + d];
@@ -213,6 +221,7 @@ INLINE void gradient_pairs(plain_flow *flow, const plain_kernel kernel, const in
         }
       }
     }
+    add_sums(flow, i, si, dim);
   }
 }
 
@@ -245,10 +254,10 @@ INLINE void rates_pairs(plain_flow *flow, const plain_kernel kernel, const int d
   const double *p = flow->p, *gradient = flow->gradient;
   const double viscosity = flow->alpha * flow->h * flow->c0 * flow->rho0;
   for (int32_t i = 0; i < flow->n; i++) {
-    double *si = flow->sums + (int64_t)i * SUMS;
+    double si[SUMS(3)] = {0};
     for (int64_t k = flow->start[i]; k < flow->start[i + 1]; k++) {
       const int32_t j = flow->near[k];
-      double *sj = flow->sums + (int64_t)j * SUMS;
+      double *sj = flow->sums + (int64_t)j * SUMS(dim);
       double dx[3], r2 = 0, approach = 0, psi = -2 * (rho[j] - rho[i]);
       for (int d = 0; d < dim; d++) {
         dx[d] = x[i * dim + d] - x[j * dim + d];
@@ -266,6 +275,7 @@ INLINE void rates_pairs(plain_flow *flow, const plain_kernel kernel, const int d
       si[dim] += gi * psi;
       sj[dim] -= gj * psi;
     }
+    add_sums(flow, i, si, dim);
   }
 }
 
@@ -274,10 +284,10 @@ INLINE void convective_pairs(plain_flow *flow, const plain_kernel kernel, const 
   const constants c = constants_of(flow);
   const double *x = flow->x, *v = flow->v, *volume = flow->volume, *p = flow->p;
   for (int32_t i = 0; i < flow->n; i++) {
-    double *si = flow->sums + (int64_t)i * SUMS;
+    double si[SUMS(3)] = {0};
     for (int64_t k = flow->start[i]; k < flow->start[i + 1]; k++) {
       const int32_t j = flow->near[k];
-      double *sj = flow->sums + (int64_t)j * SUMS;
+      double *sj = flow->sums + (int64_t)j * SUMS(dim);
       double dx[3], r2 = 0, approach = 0;
       for (int d = 0; d < dim; d++) {
         dx[d] = x[i * dim + d] - x[j * dim + d];
@@ -293,31 +303,32 @@ INLINE void convective_pairs(plain_flow *flow, const plain_kernel kernel, const 
       si[dim] += gi * approach;
       sj[dim] += gj * approach;
     }
+    add_sums(flow, i, si, dim);
   }
 }
 
 /* One loop for each kernel and dimension. */
-#define STAMP(pass, flow)                                                       \
-  do {                                                                          \
-    clear_sums(flow);                                                           \
-    if ((flow)->kernel == PLAIN_GAUSSIAN) {                                     \
-      if ((flow)->dim == 2)                                                     \
-        pass(flow, PLAIN_GAUSSIAN, 2);                                          \
-      else                                                                      \
-        pass(flow, PLAIN_GAUSSIAN, 3);                                          \
-    } else {                                                                    \
-      if ((flow)->dim == 2)                                                     \
-        pass(flow, PLAIN_WENDLAND_C2, 2);                                       \
-      else                                                                      \
-        pass(flow, PLAIN_WENDLAND_C2, 3);                                       \
-    }                                                                           \
+#define STAMP(pass, flow)                   \
+  do {                                      \
+    clear_sums(flow);                       \
+    if ((flow)->kernel == PLAIN_GAUSSIAN) { \
+      if ((flow)->dim == 2)                 \
+        pass(flow, PLAIN_GAUSSIAN, 2);      \
+      else                                  \
+        pass(flow, PLAIN_GAUSSIAN, 3);      \
+    } else {                                \
+      if ((flow)->dim == 2)                 \
+        pass(flow, PLAIN_WENDLAND_C2, 2);   \
+      else                                  \
+        pass(flow, PLAIN_WENDLAND_C2, 3);   \
+    }                                       \
   } while (0)
 
 void plain_gradient(plain_flow *flow) {
   STAMP(gradient_pairs, flow);
   const int dim = flow->dim;
   for (int32_t i = 0; i < flow->n; i++) {
-    const double *s = flow->sums + (int64_t)i * SUMS;
+    const double *s = flow->sums + (int64_t)i * SUMS(dim);
     flow->divergence[i] = s[0];
     if (dim == 2)
       solve_2(s + 1, s + 3, flow->gradient + 2 * i, flow->lambda + i);
@@ -330,7 +341,7 @@ void plain_rates(plain_flow *flow) {
   STAMP(rates_pairs, flow);
   const int dim = flow->dim;
   for (int32_t i = 0; i < flow->n; i++) {
-    const double *s = flow->sums + (int64_t)i * SUMS;
+    const double *s = flow->sums + (int64_t)i * SUMS(dim);
     double *a = flow->acceleration + i * dim;
     for (int d = 0; d < dim; d++) a[d] = s[d] / flow->rho[i];
     a[dim - 1] -= flow->gravity;
@@ -344,7 +355,7 @@ void plain_convective(plain_flow *flow) {
   STAMP(convective_pairs, flow);
   const int dim = flow->dim;
   for (int32_t i = 0; i < flow->n; i++) {
-    const double *s = flow->sums + (int64_t)i * SUMS;
+    const double *s = flow->sums + (int64_t)i * SUMS(dim);
     double *a = flow->acceleration + i * dim;
     for (int d = 0; d < dim; d++) a[d] = s[d] / flow->rho[i];
     a[dim - 1] -= flow->gravity;
