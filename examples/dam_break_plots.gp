@@ -24,7 +24,7 @@ set xrange [2:7.4]; set yrange [-0.2:2]
 plot run.'/p1_point.csv' using ($1*sqrt(g/H)):($2/(rho*g*H)) with lines lw 0.5 lc rgb '#bdd0e5' title 'computed, point', \
      run.'/p1_plate.csv' using ($1*sqrt(g/H)):($2/(rho*g*H)) with lines lw 1 lc rgb '#4292c6' title 'computed, plate', \
      mean_of(run.'/p1_plate.csv') using ($1*sqrt(g/H)):($2/(rho*g*H)) with lines lw 2.5 lc rgb '#041c3a' title 'plate, mean over 0.1', \
-     mean_of(run.'/p1_edge.csv') using ($1*sqrt(g/H)):($2/(rho*g*H)) with lines lw 2 lc rgb '#9e6bc4' title 'the same, lower edge, 0.115 m', \
+     mean_of(run.'/p1_edge.csv') using ($1*sqrt(g/H)):($2/(rho*g*H)) with lines lw 2 lc rgb '#9e6bc4' title 'P1 (0.19 H), mean over 0.1', \
      measured.'/dambreak_buchner_2002_wall_pressure.csv' using 1:2 with points pt 6 ps 0.9 lw 1.5 lc rgb '#d94801' title 'measured, Buchner (2002)'
 
 set output images.'/front.png'

@@ -55,13 +55,13 @@ dam_break_rows() {
   koshizuka=$measured/dambreak_koshizuka_oka_1996_front_pysph.csv
   martin=$measured/dambreak_martin_moyce_n2_2_a2.25in_front_table2.csv
   row 'front reaches the right wall, t sqrt(g/H)' "$(figure "$1" front_arrival_t_star)" 2.35 2.51 'Huang et al. (2019): 2.43'
-  row 'P1 plate, mean of 3 <= t sqrt(g/H) <= 5, p/(rho g H)' "$(figure "$1" p1_plateau_mean_over_rho_g_h)" \
+  row 'P1 (0.19 H), mean of 3 <= t sqrt(g/H) <= 5, p/(rho g H)' "$(figure "$1" p1_plateau_mean_over_rho_g_h)" \
     "$(scaled 0.85 "$plateau")" "$(scaled 1.15 "$plateau")" "Buchner (2002): $(scaled 1 "$plateau")"
-  row 'P1, lower edge of the plate, the same mean' "$(figure "$1" p1_edge_plateau_mean_over_rho_g_h)" \
-    "$(scaled 0.85 "$plateau")" "$(scaled 1.15 "$plateau")" "Buchner (2002), whole plate: $(scaled 1 "$plateau")"
-  row 'P1 plate, second peak, t sqrt(g/H)' "$(figure "$1" p1_second_peak_t_star)" 5.68 6.28 \
+  row 'mean over the plate (0.115 to 0.205 m), the same mean' "$(figure "$1" plate_plateau_mean_over_rho_g_h)" \
+    "$(scaled 0.85 "$plateau")" "$(scaled 1.15 "$plateau")" "Buchner (2002): $(scaled 1 "$plateau")"
+  row 'P1, second peak, t sqrt(g/H)' "$(figure "$1" p1_second_peak_t_star)" 5.68 6.28 \
     'Huang et al. (2019): closure near 5.98; Buchner (2002): 5.84'
-  row 'P1 plate, second peak / plateau' "$(awk -v a="$(figure "$1" p1_second_peak_over_rho_g_h)" \
+  row 'P1, second peak / plateau' "$(awk -v a="$(figure "$1" p1_second_peak_over_rho_g_h)" \
     -v b="$(figure "$1" p1_plateau_mean_over_rho_g_h)" 'BEGIN { if (b > 0) print a / b; else print "null" }')" 1.15 3 'Buchner (2002): 1.63'
   row 'largest growth of the total energy / E(0)' "$(figure "$1" energy_growth_max_rel)" 0 0.001 'never grows'
   row 'particles that left the tank' "$(figure "$1" particles_lost)" 0 0 'none'

@@ -5,15 +5,15 @@
 #include "sph_test.h"
 
 typedef struct flow_plan {
-  int dim;                         /* 0: 2 */
-  double dx;                       /* spacing */
-  sph_kernel_type kernel;          /* 0: Gaussian */
-  double ratio;                    /* h / dx; 0: 1.3 */
-  double c0;                       /* 0: not set */
-  sph_interpolator_type boundary;  /* 0: MLS linear */
+  int dim;                        /* 0: 2 */
+  double dx;                      /* spacing */
+  sph_kernel_type kernel;         /* 0: Gaussian */
+  double ratio;                   /* h / dx; 0: 1.3 */
+  double c0;                      /* 0: not set */
+  sph_interpolator_type boundary; /* 0: MLS linear */
   sph_precision precision;
   sph_isa isa;
-  int threads;                     /* 0: 1 */
+  int threads; /* 0: 1 */
   const sph_allocator *allocator;
 } flow_plan;
 
@@ -56,8 +56,7 @@ static inline void flow_build(flow_world *w) {
   if (w->wall)
     SPH_TEST_OK(w->context,
                 sph_boundary_create(w->context, w->wall, w->dx, w->interpolator, &w->boundary));
-  SPH_TEST_OK(w->context,
-              sph_wcsph_create(w->context, w->kernel, w->water, w->boundary, &w->flow));
+  SPH_TEST_OK(w->context, sph_wcsph_create(w->context, w->kernel, w->water, w->boundary, &w->flow));
   if (w->plan.c0 > 0) SPH_TEST_OK(w->context, sph_wcsph_set_sound_speed(w->flow, w->plan.c0));
 }
 
@@ -90,9 +89,8 @@ static inline double *flow_read(const flow_world *w, const char *field) {
 static inline void flow_write(const flow_world *w, const char *field, const double *values) {
   int components = 0;
   SPH_TEST_OK(w->context, sph_particles_field_components(w->water, field, &components));
-  SPH_TEST_OK(w->context,
-              sph_particles_write(w->water, field, values,
-                                  (int64_t)sph_particles_count(w->water) * components));
+  SPH_TEST_OK(w->context, sph_particles_write(w->water, field, values,
+                                              (int64_t)sph_particles_count(w->water) * components));
 }
 
 /* Moves every particle by up to `amount` spacings in each direction. */

@@ -290,15 +290,15 @@ typedef struct chain {
 static sph_status chain_make(chain *c) {
   static const double lo[2] = {0, 0}, hi[2] = {0.5, 0.5}, top[2] = {0.5, 1};
   const double dx = 0.05;
-  sph_status status = sph_kernel_create(c->context, SPH_KERNEL_WENDLAND_C2, 2, 1.5 * dx, &c->kernel);
+  sph_status status =
+      sph_kernel_create(c->context, SPH_KERNEL_WENDLAND_C2, 2, 1.5 * dx, &c->kernel);
   if (!status) status = sph_particles_create(c->context, 2, dx, &c->particles);
   if (!status) status = sph_particles_fill_box(c->particles, lo, hi, 1000);
   if (!status) status = sph_wall_create_box(c->context, 2, lo, top, SPH_SIDE_HI(1), &c->wall);
   if (!status)
     status = sph_interpolator_create(c->context, SPH_INTERPOLATOR_MLS_LINEAR, c->kernel,
                                      &c->interpolator);
-  if (!status)
-    status = sph_boundary_create(c->context, c->wall, dx, c->interpolator, &c->boundary);
+  if (!status) status = sph_boundary_create(c->context, c->wall, dx, c->interpolator, &c->boundary);
   if (!status)
     status = sph_wcsph_create(c->context, c->kernel, c->particles, c->boundary, &c->flow);
   if (!status) status = sph_wcsph_set_sound_speed(c->flow, 30);

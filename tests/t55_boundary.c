@@ -67,9 +67,11 @@ static flow_world tank_open(flow_plan plan, sph_slip slip, const ride *motion) {
   const double top[3] = {1, w.dim == 2 ? 1.5 : 0.8, 1.5};
   SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0));
   flow_jitter(&w, 0.15, 7);
-  SPH_TEST_OK(w.context, sph_wall_create_box(w.context, w.dim, lo, top, SPH_SIDE_HI(w.dim - 1), &w.wall));
+  SPH_TEST_OK(w.context,
+              sph_wall_create_box(w.context, w.dim, lo, top, SPH_SIDE_HI(w.dim - 1), &w.wall));
   SPH_TEST_OK(w.context, sph_wall_set_slip(w.wall, slip));
-  if (motion) SPH_TEST_OK(w.context, sph_wall_set_motion(w.wall, ride_motion, (void *)(uintptr_t)motion));
+  if (motion)
+    SPH_TEST_OK(w.context, sph_wall_set_motion(w.wall, ride_motion, (void *)(uintptr_t)motion));
   flow_build(&w);
   SPH_TEST_OK(w.context, sph_boundary_set_thin_threshold(w.boundary, 0));
   SPH_TEST_OK(w.context, sph_boundary_set_no_suction(w.boundary, false));
@@ -111,8 +113,8 @@ static void check_velocity_law(flow_plan plan, sph_slip slip, const ride *motion
     }
     for (int d = 0; d < dim; d++) {
       const double wall = motion ? motion->velocity[d] : 0;
-      const double law = slip == SPH_NO_SLIP || !facet ? 2 * wall - u[d]
-                                                       : u[d] - 2 * across * normal[d];
+      const double law =
+          slip == SPH_NO_SLIP || !facet ? 2 * wall - u[d] : u[d] - 2 * across * normal[d];
       worst = fmax(worst, fabs(all.v[dim * k + d] - law));
     }
   }
@@ -130,7 +132,8 @@ static void uniform_velocity_reflects(void) {
   for (int k = 0; k < 3; k++)
     for (int moving = 0; moving < 2; moving++)
       for (int dim = 2; dim <= 3; dim++) {
-        const flow_plan plan = {.dim = dim, .boundary = kinds[k], .precision = SPH_PRECISION_DOUBLE};
+        const flow_plan plan = {
+            .dim = dim, .boundary = kinds[k], .precision = SPH_PRECISION_DOUBLE};
         check_velocity_law(plan, SPH_FREE_SLIP, moving ? &rides : NULL, true);
         check_velocity_law(plan, SPH_NO_SLIP, moving ? &rides : NULL, true);
       }
@@ -183,16 +186,18 @@ static void hydrostatic_pressure_is_exact(void) {
   for (int k = 0; k < 3; k++)
     for (int precision = 0; precision < 2; precision++)
       for (int dim = 2; dim <= 3; dim++)
-        check_pressure_law((flow_plan){.dim = dim, .boundary = kinds[k], .precision = (sph_precision)precision},
-                           NULL, 0);
+        check_pressure_law(
+            (flow_plan){.dim = dim, .boundary = kinds[k], .precision = (sph_precision)precision},
+            NULL, 0);
 }
 
 static void accelerated_tank_is_exact(void) {
   for (int k = 0; k < 3; k++)
     for (int precision = 0; precision < 2; precision++)
       for (int dim = 2; dim <= 3; dim++)
-        check_pressure_law((flow_plan){.dim = dim, .boundary = kinds[k], .precision = (sph_precision)precision},
-                           &rides, 1.75);
+        check_pressure_law(
+            (flow_plan){.dim = dim, .boundary = kinds[k], .precision = (sph_precision)precision},
+            &rides, 1.75);
 }
 
 /* Without compensation: p = I[p] + rho0 f . (x - x_m) with the interpolator's own I. */
@@ -216,7 +221,8 @@ static void without_compensation_plain(void) {
       if (all.rung[j] == SPH_RUNG_NONE) continue;
       const double p = value[j] - rho0 * g * (all.x[2 * j + 1] - all.mirror[2 * j + 1]);
       worst = fmax(worst, fabs(all.p[j] - p) / 5000);
-      off = fmax(off, fabs(p - 5000 - slope[0] * all.x[2 * j] - slope[1] * all.x[2 * j + 1]) / 5000);
+      off =
+          fmax(off, fabs(p - 5000 - slope[0] * all.x[2 * j] - slope[1] * all.x[2 * j + 1]) / 5000);
     }
     SPH_TEST_BELOW(worst, 1e-11);
     CU_ASSERT(off > 1e-3); /* this field is not exact then: the option has an effect */
@@ -235,7 +241,8 @@ static void geometry_mirrors(void) {
     for (int64_t k = 0; k < all.n; k++) {
       double depth = 0, along = 0;
       for (int d = 0; d < dim; d++) {
-        const double *x = all.x + dim * k, *foot = all.foot + dim * k, *mirror = all.mirror + dim * k;
+        const double *x = all.x + dim * k, *foot = all.foot + dim * k,
+                     *mirror = all.mirror + dim * k;
         worst = fmax(worst, fabs(x[d] + mirror[d] - 2 * foot[d]));
         depth += (x[d] - foot[d]) * (x[d] - foot[d]);
         along += (foot[d] - x[d]) * all.normal[dim * k + d];
@@ -263,7 +270,8 @@ static void geometry_mirrors(void) {
 }
 
 /* sum W V of the fluid at a point */
-static double kernel_sum(const flow_world *w, const double *x, const double *volume, const double *at) {
+static double kernel_sum(const flow_world *w, const double *x, const double *volume,
+                         const double *at) {
   double sum = 0;
   for (sph_index i = 0; i < sph_particles_count(w->water); i++) {
     double r2 = 0;
@@ -378,9 +386,11 @@ static void ghosts_move_with_the_wall(void) {
       const double *const now[] = {after.x, after.mirror, after.foot};
       const double *const then[] = {before.x, before.mirror, before.foot};
       for (int j = 0; j < 3; j++)
-        if (!(fabs(now[j][k] - then[j][k] - s) < 1e-14)) CU_FAIL_FATAL("a ghost did not move along");
+        if (!(fabs(now[j][k] - then[j][k] - s) < 1e-14))
+          CU_FAIL_FATAL("a ghost did not move along");
     }
-    CU_ASSERT_EQUAL(memcmp(after.normal, before.normal, (size_t)(after.n * dim) * sizeof(double)), 0);
+    CU_ASSERT_EQUAL(memcmp(after.normal, before.normal, (size_t)(after.n * dim) * sizeof(double)),
+                    0);
     ghosts_free(&before);
     ghosts_free(&after);
     free(v);
@@ -392,8 +402,8 @@ static void ghosts_move_with_the_wall(void) {
 static void fluid_falls_with_its_box(void) {
   static const ride fall = {{0.3, 0.1, 0}, {0, -9.81, 0}};
   for (int k = 0; k < 3; k++) {
-    flow_world w = flow_open((flow_plan){.dx = 0.05, .c0 = 40, .boundary = kinds[k],
-                                         .precision = SPH_PRECISION_DOUBLE});
+    flow_world w = flow_open(
+        (flow_plan){.dx = 0.05, .c0 = 40, .boundary = kinds[k], .precision = SPH_PRECISION_DOUBLE});
     const double lo[2] = {0, 0}, hi[2] = {1, 0.6};
     SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0));
     SPH_TEST_OK(w.context, sph_wall_create_box(w.context, 2, lo, hi, 0, &w.wall));
@@ -407,7 +417,8 @@ static void fluid_falls_with_its_box(void) {
     SPH_TEST_OK(w.context, sph_integrator_advance(w.flow, 0.1));
     double *y = flow_read(&w, SPH_POSITION), worst = 0;
     for (int64_t j = 0; j < 2 * (int64_t)n; j++)
-      worst = fmax(worst, fabs(y[j] - x[j] - 0.1 * fall.velocity[j % 2] - 0.005 * fall.acceleration[j % 2]));
+      worst = fmax(
+          worst, fabs(y[j] - x[j] - 0.1 * fall.velocity[j % 2] - 0.005 * fall.acceleration[j % 2]));
     SPH_TEST_BELOW(worst, 1e-12);
     free(x);
     free(v);
@@ -418,8 +429,8 @@ static void fluid_falls_with_its_box(void) {
 
 static void tank_forces(void) {
   for (int dim = 2; dim <= 3; dim++) {
-    flow_world w = tank_open((flow_plan){.dim = dim, .precision = SPH_PRECISION_DOUBLE}, SPH_FREE_SLIP,
-                             NULL);
+    flow_world w =
+        tank_open((flow_plan){.dim = dim, .precision = SPH_PRECISION_DOUBLE}, SPH_FREE_SLIP, NULL);
     /* Above the surface the pressure is none. */
     SPH_TEST_OK(w.context, sph_boundary_set_no_suction(w.boundary, true));
     const double depth = 0.5, breadth = dim == 2 ? 1 : 0.8;
@@ -439,8 +450,8 @@ static void tank_forces(void) {
 /* Bottom, left and right as walls of their own, and a block in the water. */
 static void forces_wall_by_wall(void) {
   for (int k = 0; k < 3; k++) {
-    flow_world w = flow_open((flow_plan){.dx = 0.025, .c0 = 40, .boundary = kinds[k],
-                                         .precision = SPH_PRECISION_DOUBLE});
+    flow_world w = flow_open((flow_plan){
+        .dx = 0.025, .c0 = 40, .boundary = kinds[k], .precision = SPH_PRECISION_DOUBLE});
     const double depth = 0.5, block = 0.2;
     const double outline[] = {0, 1.5, 0, 0, 1, 0, 1, 1.5};
     const double square[] = {0.4, 0.15, 0.4, 0.35, 0.6, 0.35, 0.6, 0.15};
@@ -455,7 +466,8 @@ static void forces_wall_by_wall(void) {
     SPH_TEST_OK(w.context, sph_particles_remove(w.water, inside, ids));
     CU_ASSERT_EQUAL(inside, 64);
     SPH_TEST_OK(w.context, sph_wall_create_polyline(w.context, 4, outline, false, &w.wall));
-    SPH_TEST_OK(w.context, sph_boundary_create(w.context, w.wall, w.dx, w.interpolator, &w.boundary));
+    SPH_TEST_OK(w.context,
+                sph_boundary_create(w.context, w.wall, w.dx, w.interpolator, &w.boundary));
     sph_wall *obstacle;
     SPH_TEST_OK(w.context, sph_wall_create_polyline(w.context, 4, square, true, &obstacle));
     SPH_TEST_OK(w.context, sph_wall_set_name(obstacle, "block"));
@@ -538,7 +550,8 @@ static void creation_errors(void) {
                     SPH_E_ARGUMENT, "spacing must be > 0 m, got ");
     CU_ASSERT_PTR_NULL(out);
   }
-  SPH_TEST_STATUS(c, sph_boundary_create(c, w.wall, 1e-9, w.interpolator, &out), SPH_E_ARGUMENT, "");
+  SPH_TEST_STATUS(c, sph_boundary_create(c, w.wall, 1e-9, w.interpolator, &out), SPH_E_ARGUMENT,
+                  "");
   CU_ASSERT_PTR_NULL(out);
   sph_wall *box;
   SPH_TEST_OK(c, sph_wall_create_box(c, 3, lo, hi, 0, &box));
@@ -638,9 +651,11 @@ SPH_TEST_MAIN("boundary", {"ghosts mirror at the nearest point of the wall", geo
               {"uniform velocity reflects exactly, free and no slip, moving or not",
                uniform_velocity_reflects},
               {"linear velocity reflects exactly with MLS", linear_velocity_reflects},
-              {"hydrostatic pressure continues exactly into the wall", hydrostatic_pressure_is_exact},
+              {"hydrostatic pressure continues exactly into the wall",
+               hydrostatic_pressure_is_exact},
               {"pressure in an accelerated tank continues exactly", accelerated_tank_is_exact},
-              {"without compensation the interpolator alone gives I[p]", without_compensation_plain},
+              {"without compensation the interpolator alone gives I[p]",
+               without_compensation_plain},
               {"counters and thin threshold agree with kernel sums", counters_add_up},
               {"suction can be forbidden", suction_is_optional},
               {"ghosts move with the wall", ghosts_move_with_the_wall},
@@ -648,7 +663,6 @@ SPH_TEST_MAIN("boundary", {"ghosts mirror at the nearest point of the wall", geo
               {"a tank carries the weight of its water", tank_forces},
               {"a block feels its buoyancy", forces_wall_by_wall},
               {"a vertical wall feels the pressure of its wet part", force_on_a_side},
-              {"creation errors", creation_errors},
-              {"a boundary holds 64 walls", too_many_walls},
+              {"creation errors", creation_errors}, {"a boundary holds 64 walls", too_many_walls},
               {"errors of reading and setting", use_errors},
               {"motion that is not finite stops the run", motion_must_be_finite})

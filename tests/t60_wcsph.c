@@ -123,8 +123,8 @@ static void rotate(int64_t vectors, int dim, int a, int b, double *x) {
 
 /* A collapsing column in a tank; the whole of it rotated if `turned`. */
 static flow_world turned_tank(int dim, bool turned) {
-  flow_world w = flow_open((flow_plan){.dim = dim, .dx = dim == 2 ? 0.05 : 0.1, .c0 = 40,
-                                       .precision = SPH_PRECISION_DOUBLE});
+  flow_world w = flow_open((flow_plan){
+      .dim = dim, .dx = dim == 2 ? 0.05 : 0.1, .c0 = 40, .precision = SPH_PRECISION_DOUBLE});
   const double lo[3] = {0, 0, 0}, hi[3] = {0.6, dim == 2 ? 0.8 : 0.6, 0.8};
   double wall_lo[3] = {0, 0, 0}, wall_hi[3] = {1.2, dim == 2 ? 2 : 0.6, 2};
   double gravity[3] = {0, 0, 0};
@@ -182,7 +182,8 @@ typedef struct units {
   double length, mass, time; /* how many of them make a metre, a kilogram, a second */
 } units;
 
-static void shake(double t, double *displacement, double *velocity, double *acceleration, void *user) {
+static void shake(double t, double *displacement, double *velocity, double *acceleration,
+                  void *user) {
   const units *u = user;
   const double omega = 30, amplitude = 0.004, s = t / u->time;
   displacement[0] = amplitude * (1 - cos(omega * s)) * u->length;
@@ -196,13 +197,15 @@ typedef struct figures {
 } figures;
 
 /* A tank that is shaken, in units of the caller's; results in SI. */
-static figures shaken_tank(units u, flow_plan plan, double nu, double gravity, sph_stepper stepper) {
+static figures shaken_tank(units u, flow_plan plan, double nu, double gravity,
+                           sph_stepper stepper) {
   const double speed = u.length / u.time, density = u.mass / pow(u.length, 3);
   plan.dx = 0.05 * u.length;
   plan.c0 = 40 * speed;
   plan.precision = SPH_PRECISION_DOUBLE;
   flow_world w = flow_open(plan);
-  const double lo[2] = {0, 0}, hi[2] = {1 * u.length, 0.5 * u.length}, top[2] = {1 * u.length, 1 * u.length};
+  const double lo[2] = {0, 0}, hi[2] = {1 * u.length, 0.5 * u.length},
+               top[2] = {1 * u.length, 1 * u.length};
   SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0 * density));
   flow_jitter(&w, 0.1, 5);
   flow_stir(&w, 0.3 * speed, 6);
@@ -262,15 +265,18 @@ static void compare_figures(figures *a, figures *b) {
   SPH_TEST_BELOW(flow_difference(2 * n, a->v, b->v), 1e-9);
   SPH_TEST_BELOW(flow_difference(n, a->rho, b->rho) / rho0, 1e-10);
   SPH_TEST_BELOW(flow_difference(n, a->p, b->p) / flow_largest(n, a->p), 1e-8);
-  for (int k = 0; k < 4; k++) SPH_TEST_CLOSE(b->energy[k], a->energy[k], 1e-9, 1e-9 * fabs(a->energy[3]));
-  for (int k = 0; k < 2; k++) SPH_TEST_CLOSE(b->force[k], a->force[k], 1e-8, 1e-8 * fabs(a->force[1]));
+  for (int k = 0; k < 4; k++)
+    SPH_TEST_CLOSE(b->energy[k], a->energy[k], 1e-9, 1e-9 * fabs(a->energy[3]));
+  for (int k = 0; k < 2; k++)
+    SPH_TEST_CLOSE(b->force[k], a->force[k], 1e-8, 1e-8 * fabs(a->force[1]));
   SPH_TEST_CLOSE(b->pressure, a->pressure, 1e-8, 0);
   SPH_TEST_CLOSE(b->elevation, a->elevation, 1e-8, 0);
   SPH_TEST_CLOSE(b->front, a->front, 1e-9, 0);
   SPH_TEST_CLOSE(b->acceleration, a->acceleration, 1e-8, 0);
   CU_ASSERT(a->elevation > 0.3 && a->front > 0.9 && a->pressure != 0);
   figures *both[] = {a, b};
-  for (int k = 0; k < 2; k++) free(both[k]->x), free(both[k]->v), free(both[k]->rho), free(both[k]->p);
+  for (int k = 0; k < 2; k++)
+    free(both[k]->x), free(both[k]->v), free(both[k]->rho), free(both[k]->p);
 }
 
 static void units_change_nothing(void) {
@@ -309,7 +315,8 @@ static outcome collapse(flow_plan plan, sph_stepper stepper, int steps, bool wat
   SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0));
   flow_jitter(&w, 0.05, 31);
   flow_stir(&w, 1, 32);
-  SPH_TEST_OK(w.context, sph_wall_create_box(w.context, dim, lo, top, SPH_SIDE_HI(dim - 1), &w.wall));
+  SPH_TEST_OK(w.context,
+              sph_wall_create_box(w.context, dim, lo, top, SPH_SIDE_HI(dim - 1), &w.wall));
   flow_build(&w);
   SPH_TEST_OK(w.context, sph_wcsph_set_skin(w.flow, 0.02)); /* many builds */
   SPH_TEST_OK(w.context, sph_integrator_set_stepper(w.flow, stepper));
@@ -357,7 +364,9 @@ static void threads_change_no_bit(void) {
   /* Few steps: on a busy machine two threads wait for each other. */
   for (int k = 0; k < 3; k++) {
     const int dim = k < 2 ? 2 : 3;
-    flow_plan plan = {.dim = dim, .threads = 1, .precision = k == 1 ? SPH_PRECISION_DOUBLE : SPH_PRECISION_SINGLE};
+    flow_plan plan = {.dim = dim,
+                      .threads = 1,
+                      .precision = k == 1 ? SPH_PRECISION_DOUBLE : SPH_PRECISION_SINGLE};
     outcome a = collapse(plan, steppers[k], 4, false);
     plan.threads = 2;
     outcome b = collapse(plan, steppers[k], 4, false);
@@ -372,7 +381,8 @@ static void watching_changes_no_bit(void) {
   for (int k = 0; k < 4; k++) {
     const int dim = k < 3 ? 2 : 3;
     const flow_plan plan = {.dim = dim};
-    outcome a = collapse(plan, steppers[k % 3], 60, false), b = collapse(plan, steppers[k % 3], 60, true);
+    outcome a = collapse(plan, steppers[k % 3], 60, false),
+            b = collapse(plan, steppers[k % 3], 60, true);
     CU_ASSERT(same_bits(&a, &b, dim));
     outcome_free(&a);
     outcome_free(&b);
@@ -425,11 +435,12 @@ static void steps_allocate_nothing(void) {
   const sph_allocator allocator = {counting_allocate, counting_release, NULL};
   for (int dim = 2; dim <= 3; dim++)
     for (int k = 0; k < 3; k++) {
-      flow_world w = flow_open((flow_plan){.dim = dim, .dx = dim == 2 ? 0.05 : 0.1, .c0 = 40,
-                                           .allocator = &allocator});
+      flow_world w = flow_open(
+          (flow_plan){.dim = dim, .dx = dim == 2 ? 0.05 : 0.1, .c0 = 40, .allocator = &allocator});
       const double lo[3] = {0, 0, 0}, hi[3] = {1, 0.5, 0.5}, top[3] = {1, dim == 2 ? 1 : 0.5, 1};
       SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0));
-      SPH_TEST_OK(w.context, sph_wall_create_box(w.context, dim, lo, top, SPH_SIDE_HI(dim - 1), &w.wall));
+      SPH_TEST_OK(w.context,
+                  sph_wall_create_box(w.context, dim, lo, top, SPH_SIDE_HI(dim - 1), &w.wall));
       flow_build(&w);
       double slope[3] = {0, 0, 0};
       slope[dim - 1] = -rho0 * g;
@@ -470,12 +481,14 @@ static void equations_of_state(void) {
     flow_build(&w);
     if (tait) SPH_TEST_OK(w.context, sph_wcsph_set_equation_of_state(w.flow, SPH_EOS_TAIT, gamma));
     SPH_TEST_OK(w.context, sph_wcsph_density_of_pressure(w.flow, N, pressures, density));
-    for (int i = 0; i < N; i++) SPH_TEST_CLOSE(law(tait, gamma, c0, density[i]), pressures[i], 1e-11, 1e-8);
+    for (int i = 0; i < N; i++)
+      SPH_TEST_CLOSE(law(tait, gamma, c0, density[i]), pressures[i], 1e-11, 1e-8);
     SPH_TEST_OK(w.context, sph_wcsph_start_from_pressure(w.flow, N, pressures));
     SPH_TEST_OK(w.context, sph_particles_read(w.water, SPH_DENSITY, read, N));
     for (int i = 0; i < N; i++) CU_ASSERT_EQUAL(read[i], density[i]);
     SPH_TEST_OK(w.context, sph_particles_read(w.water, SPH_MASS, read, N));
-    for (int i = 0; i < N; i++) SPH_TEST_CLOSE(read[i], density[i] * 1 * 1, 1e-15, 0); /* volume dx^2 */
+    for (int i = 0; i < N; i++)
+      SPH_TEST_CLOSE(read[i], density[i] * 1 * 1, 1e-15, 0); /* volume dx^2 */
     /* Compressible energy is the work from rho0 on: int p / rho^2 d rho, by Simpson's rule. */
     double work = 0;
     for (int i = 0; i < N; i++) {
@@ -495,8 +508,8 @@ static void equations_of_state(void) {
     SPH_TEST_OK(w.context, sph_particles_read(w.water, SPH_PRESSURE, read, N));
     for (int i = 0; i < N; i++) SPH_TEST_CLOSE(read[i], pressures[i], 1e-11, 1e-8);
     const double none = -1.001 * rho0 * c0 * c0 / (tait ? gamma : 1);
-    SPH_TEST_STATUS(w.context, sph_wcsph_density_of_pressure(w.flow, 1, &none, read), SPH_E_ARGUMENT,
-                    "no density gives pressure");
+    SPH_TEST_STATUS(w.context, sph_wcsph_density_of_pressure(w.flow, 1, &none, read),
+                    SPH_E_ARGUMENT, "no density gives pressure");
     flow_free(&w);
   }
 }
@@ -505,7 +518,8 @@ static void energies_are_sums(void) {
   flow_world w = drop_open((flow_plan){.dim = 3});
   const double gravity[3] = {1.5, -2.5, -9};
   SPH_TEST_OK(w.context, sph_wcsph_set_gravity(w.flow, gravity));
-  double *x = flow_read(&w, SPH_POSITION), *v = flow_read(&w, SPH_VELOCITY), *m = flow_read(&w, SPH_MASS);
+  double *x = flow_read(&w, SPH_POSITION), *v = flow_read(&w, SPH_VELOCITY),
+         *m = flow_read(&w, SPH_MASS);
   double kinetic = 0, potential = 0;
   for (sph_index i = 0; i < sph_particles_count(w.water); i++)
     for (int d = 0; d < 3; d++) {
@@ -566,7 +580,8 @@ static void diffusion_has_its_rate(void) {
     flow_steps(&w, 1);
     double *after = flow_read(&w, SPH_DENSITY);
     rate[kind] = project(sph_particles_count(w.water), x, k, dt, before, after, 1, &sum);
-    SPH_TEST_CLOSE(sum, 0, 0, 1e-6); /* density is moved, not made: by volume, as volumes are equal */
+    SPH_TEST_CLOSE(sum, 0, 0,
+                   1e-6); /* density is moved, not made: by volume, as volumes are equal */
     /* The Gaussian's response to a wave: -k^2 without gradients, -k^4 h^2 3/8 with them. */
     const double s = pow(k * w.h, 2) / 4, scale = delta * w.h * 40 * rho0 * epsilon;
     expected[SPH_DIFFUSION_NONE] = 0;
@@ -675,8 +690,9 @@ static void taylor_green_decays(void) {
   v = flow_read(&w, SPH_VELOCITY);
   double along = 0;
   for (sph_index i = 0; i < n; i++)
-    along += 2.0 / n * (v[2 * i] * sin(k * x[2 * i]) * cos(k * x[2 * i + 1]) -
-                        v[2 * i + 1] * cos(k * x[2 * i]) * sin(k * x[2 * i + 1]));
+    along += 2.0 / n *
+             (v[2 * i] * sin(k * x[2 * i]) * cos(k * x[2 * i + 1]) -
+              v[2 * i + 1] * cos(k * x[2 * i]) * sin(k * x[2 * i + 1]));
   SPH_TEST_CLOSE(along, exact, 0.05, 0);
   free(x);
   free(v);
@@ -724,8 +740,11 @@ static void least_period(void) {
     static const double U[2] = {12, -9};
     for (int moving = 0; moving < 2; moving++) {
       const double dx = 0.05, skin = 0.01, none[2] = {0, 0}, lo[2] = {0, 0};
-      flow_world w = flow_open((flow_plan){.dx = dx, .c0 = 40, .kernel = SPH_KERNEL_WENDLAND_C2,
-                                           .ratio = 1.98, .precision = SPH_PRECISION_DOUBLE});
+      flow_world w = flow_open((flow_plan){.dx = dx,
+                                           .c0 = 40,
+                                           .kernel = SPH_KERNEL_WENDLAND_C2,
+                                           .ratio = 1.98,
+                                           .precision = SPH_PRECISION_DOUBLE});
       const double hi[2] = {8 * dx, 8 * dx};
       SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0));
       flow_jitter(&w, 0.2, 3);
@@ -733,7 +752,8 @@ static void least_period(void) {
       flow_build(&w);
       SPH_TEST_OK(w.context, sph_wcsph_set_gravity(w.flow, none));
       SPH_TEST_OK(w.context, sph_wcsph_set_skin(w.flow, skin));
-      for (int d = 0; d < 2; d++) SPH_TEST_OK(w.context, sph_wcsph_set_periodic(w.flow, d, 0, hi[d]));
+      for (int d = 0; d < 2; d++)
+        SPH_TEST_OK(w.context, sph_wcsph_set_periodic(w.flow, d, 0, hi[d]));
       SPH_TEST_OK(w.context, sph_integrator_set_stepper(w.flow, steppers[k]));
       SPH_TEST_OK(w.context, sph_integrator_set_dt(w.flow, 0.5 * sph_integrator_stable_dt(w.flow)));
       size = 2 * (int64_t)sph_particles_count(w.water);

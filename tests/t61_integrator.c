@@ -9,7 +9,10 @@ static const sph_stepper steppers[] = {SPH_STEPPER_SYMPLECTIC, SPH_STEPPER_VERLE
  * enough for fourth order to show. */
 static flow_world drop_open(sph_stepper stepper) {
   const double A = 2, lo[2] = {-0.5, -0.5}, hi[2] = {0.5, 0.5}, none[2] = {0, 0};
-  flow_world w = flow_open((flow_plan){.dx = 0.1, .c0 = 10, .kernel = SPH_KERNEL_WENDLAND_C6, .ratio = 1.8,
+  flow_world w = flow_open((flow_plan){.dx = 0.1,
+                                       .c0 = 10,
+                                       .kernel = SPH_KERNEL_WENDLAND_C6,
+                                       .ratio = 1.8,
                                        .precision = SPH_PRECISION_DOUBLE});
   SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0));
   flow_jitter(&w, 0.1, 3);
@@ -55,7 +58,8 @@ static void steppers_have_their_order(void) {
   static const struct {
     sph_stepper stepper;
     double dt, order, slack;
-  } c[] = {{SPH_STEPPER_SYMPLECTIC, 0.01, 1, 0.1}, {SPH_STEPPER_VERLET, 0.01, 2, 0.15},
+  } c[] = {{SPH_STEPPER_SYMPLECTIC, 0.01, 1, 0.1},
+           {SPH_STEPPER_VERLET, 0.01, 2, 0.15},
            {SPH_STEPPER_RK4, 0.01, 4, 0.2}};
   for (int k = 0; k < 3; k++) {
     double error[3];
@@ -85,10 +89,14 @@ static void energy_is_kept(void) {
 }
 
 /* A lattice in a periodic box with a little noise: how much the kinetic energy grew in `steps`. */
-static double noise_growth(sph_kernel_type kernel, double ratio, int dim, sph_stepper stepper, double delta,
-                           double alpha, double times_rule, int steps) {
+static double noise_growth(sph_kernel_type kernel, double ratio, int dim, sph_stepper stepper,
+                           double delta, double alpha, double times_rule, int steps) {
   const int side = (int)ceil(2 * 3.05 * ratio) > 10 ? (int)ceil(2 * 3.05 * ratio) : 10;
-  flow_world w = flow_open((flow_plan){.dim = dim, .dx = 1.0 / side, .c0 = 10, .kernel = kernel, .ratio = ratio,
+  flow_world w = flow_open((flow_plan){.dim = dim,
+                                       .dx = 1.0 / side,
+                                       .c0 = 10,
+                                       .kernel = kernel,
+                                       .ratio = ratio,
                                        .precision = SPH_PRECISION_DOUBLE});
   const double lo[3] = {0, 0, 0}, hi[3] = {1, 1, 1}, none[3] = {0, 0, 0};
   SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0));
@@ -99,7 +107,8 @@ static double noise_growth(sph_kernel_type kernel, double ratio, int dim, sph_st
   SPH_TEST_OK(w.context, sph_wcsph_set_gravity(w.flow, none));
   SPH_TEST_OK(w.context, sph_integrator_set_stepper(w.flow, stepper));
   SPH_TEST_OK(w.context, sph_wcsph_set_artificial_viscosity(w.flow, alpha));
-  SPH_TEST_OK(w.context, sph_wcsph_set_diffusion(w.flow, delta > 0 ? SPH_DIFFUSION_DELTA : SPH_DIFFUSION_NONE, delta));
+  SPH_TEST_OK(w.context, sph_wcsph_set_diffusion(
+                             w.flow, delta > 0 ? SPH_DIFFUSION_DELTA : SPH_DIFFUSION_NONE, delta));
   const double limit = sph_integrator_stable_dt(w.flow);
   w.flow->fixed_dt = times_rule * limit; /* past the check of sph_integrator_set_dt */
   sph_energy before, after = {0};
@@ -114,26 +123,32 @@ static double noise_growth(sph_kernel_type kernel, double ratio, int dim, sph_st
 typedef struct limit_row {
   sph_kernel_type kernel;
   double ratio;
-  double conservative, diffusive, rk4; /* lattice limit over the rule, docs/theory/time_stepping.md */
+  double conservative, diffusive,
+      rk4; /* lattice limit over the rule, docs/theory/time_stepping.md */
 } limit_row;
 
-static const limit_row limits[] = {{SPH_KERNEL_GAUSSIAN, 1.3, 2.33 / 2.11, 1.25 / 1.23, 3.27 / 3.08},
-                                   {SPH_KERNEL_QUINTIC_SPLINE, 1.3, 2.31 / 2.08, 1.24 / 1.22, 3.24 / 3.03},
-                                   {SPH_KERNEL_CUBIC_SPLINE, 1.2, 1.87 / 1.68, 0.99 / 0.98, 2.62 / 2.45},
-                                   {SPH_KERNEL_WENDLAND_C2, 1.5, 1.78 / 1.58, 0.95 / 0.92, 2.49 / 2.30},
-                                   {SPH_KERNEL_WENDLAND_C4, 2.0, 1.53 / 1.38, 0.82 / 0.81, 2.15 / 2.01},
-                                   {SPH_KERNEL_WENDLAND_C6, 2.0, 1.38 / 1.24, 0.73 / 0.72, 1.81 / 1.81}};
+static const limit_row limits[] = {
+    {SPH_KERNEL_GAUSSIAN, 1.3, 2.33 / 2.11, 1.25 / 1.23, 3.27 / 3.08},
+    {SPH_KERNEL_QUINTIC_SPLINE, 1.3, 2.31 / 2.08, 1.24 / 1.22, 3.24 / 3.03},
+    {SPH_KERNEL_CUBIC_SPLINE, 1.2, 1.87 / 1.68, 0.99 / 0.98, 2.62 / 2.45},
+    {SPH_KERNEL_WENDLAND_C2, 1.5, 1.78 / 1.58, 0.95 / 0.92, 2.49 / 2.30},
+    {SPH_KERNEL_WENDLAND_C4, 2.0, 1.53 / 1.38, 0.82 / 0.81, 2.15 / 2.01},
+    {SPH_KERNEL_WENDLAND_C6, 2.0, 1.38 / 1.24, 0.73 / 0.72, 1.81 / 1.81}};
 
 static void stable_below_the_limit(void) {
   for (size_t k = 0; k < sizeof limits / sizeof limits[0]; k++)
     for (int s = 0; s < 3; s++) {
-      const double with = noise_growth(limits[k].kernel, limits[k].ratio, 2, steppers[s], 0.1, 0.02, 0.98, 150);
+      const double with =
+          noise_growth(limits[k].kernel, limits[k].ratio, 2, steppers[s], 0.1, 0.02, 0.98, 150);
       SPH_TEST_BELOW(with, 1.5);
-      const double without = noise_growth(limits[k].kernel, limits[k].ratio, 2, steppers[s], 0, 0, 0.98, 150);
+      const double without =
+          noise_growth(limits[k].kernel, limits[k].ratio, 2, steppers[s], 0, 0, 0.98, 150);
       SPH_TEST_BELOW(without, 8); /* symplectic schemes keep a neighbour of the energy */
     }
-  SPH_TEST_BELOW(noise_growth(SPH_KERNEL_GAUSSIAN, 1.3, 3, SPH_STEPPER_RK4, 0.1, 0.02, 0.98, 30), 1.5);
-  SPH_TEST_BELOW(noise_growth(SPH_KERNEL_GAUSSIAN, 1.3, 2, SPH_STEPPER_RK4, 1, 0.02, 0.98, 150), 1.5);
+  SPH_TEST_BELOW(noise_growth(SPH_KERNEL_GAUSSIAN, 1.3, 3, SPH_STEPPER_RK4, 0.1, 0.02, 0.98, 30),
+                 1.5);
+  SPH_TEST_BELOW(noise_growth(SPH_KERNEL_GAUSSIAN, 1.3, 2, SPH_STEPPER_RK4, 1, 0.02, 0.98, 150),
+                 1.5);
 }
 
 static void unstable_above_it(void) {
@@ -142,8 +157,10 @@ static void unstable_above_it(void) {
       const bool rk4 = steppers[s] == SPH_STEPPER_RK4;
       const double with = 1.15 * (rk4 ? limits[k].rk4 : limits[k].diffusive);
       const double without = 1.15 * (rk4 ? limits[k].rk4 : limits[k].conservative);
-      CU_ASSERT(noise_growth(limits[k].kernel, limits[k].ratio, 2, steppers[s], 0.1, 0.02, with, 400) > 1e3);
-      CU_ASSERT(noise_growth(limits[k].kernel, limits[k].ratio, 2, steppers[s], 0, 0, without, 400) > 1e3);
+      CU_ASSERT(noise_growth(limits[k].kernel, limits[k].ratio, 2, steppers[s], 0.1, 0.02, with,
+                             400) > 1e3);
+      CU_ASSERT(noise_growth(limits[k].kernel, limits[k].ratio, 2, steppers[s], 0, 0, without,
+                             400) > 1e3);
     }
 }
 
@@ -169,7 +186,9 @@ static void the_limit_is_reported(void) {
   static const struct {
     double nu, gravity;
     sph_limiter limiter;
-  } c[] = {{0, 9.81, SPH_LIMITER_SOUND}, {0, 2e4, SPH_LIMITER_ACCELERATION}, {2, 9.81, SPH_LIMITER_VISCOSITY}};
+  } c[] = {{0, 9.81, SPH_LIMITER_SOUND},
+           {0, 2e4, SPH_LIMITER_ACCELERATION},
+           {2, 9.81, SPH_LIMITER_VISCOSITY}};
   for (int k = 0; k < 3; k++)
     for (int s = 0; s < 3; s++) {
       flow_world w = tank_open();
@@ -185,7 +204,8 @@ static void the_limit_is_reported(void) {
       const double dt[] = {0.3 * w.h / 40, 0.25 * sqrt(w.h / c[k].gravity), 0.125 * w.h * w.h / nu};
       SPH_TEST_CLOSE(now.dt, dt[k], 1e-12, 0);
       flow_steps(&w, 1);
-      SPH_TEST_CLOSE(stats_of(&w).dt, k == 1 ? 0.25 * sqrt(w.h / now.max_acceleration) : dt[k], 1e-12, 0);
+      SPH_TEST_CLOSE(stats_of(&w).dt, k == 1 ? 0.25 * sqrt(w.h / now.max_acceleration) : dt[k],
+                     1e-12, 0);
       /* A fixed step is what it is. */
       SPH_TEST_OK(w.context, sph_integrator_set_dt(w.flow, 1e-4));
       flow_steps(&w, 1);
@@ -237,8 +257,10 @@ static void advance_ends_exactly(void) {
     CU_ASSERT_EQUAL(sph_integrator_steps(w.flow), steps);
     SPH_TEST_STATUS(w.context, sph_integrator_advance(w.flow, 0.03), SPH_E_ARGUMENT,
                     "cannot advance from 0.0301 s to 0.03 s");
-    SPH_TEST_STATUS(w.context, sph_integrator_advance(w.flow, NAN), SPH_E_ARGUMENT, "cannot advance");
-    SPH_TEST_STATUS(w.context, sph_integrator_advance(w.flow, INFINITY), SPH_E_ARGUMENT, "cannot advance");
+    SPH_TEST_STATUS(w.context, sph_integrator_advance(w.flow, NAN), SPH_E_ARGUMENT,
+                    "cannot advance");
+    SPH_TEST_STATUS(w.context, sph_integrator_advance(w.flow, INFINITY), SPH_E_ARGUMENT,
+                    "cannot advance");
     CU_ASSERT_EQUAL(sph_integrator_time(w.flow), 0.0301);
     /* Afterwards steps go on at full length. */
     flow_steps(&w, 1);
@@ -255,7 +277,8 @@ static void last_steps_are_even(void) {
   SPH_TEST_OK(w.context, sph_integrator_advance(w.flow, 4.02 * dt));
   CU_ASSERT_EQUAL(sph_integrator_steps(w.flow), 5);
   SPH_TEST_CLOSE(stats_of(&w).dt, 0.51 * dt, 1e-9, 0);
-  SPH_TEST_OK(w.context, sph_integrator_advance(w.flow, 10.02 * dt)); /* whole steps, in spite of rounding */
+  SPH_TEST_OK(w.context,
+              sph_integrator_advance(w.flow, 10.02 * dt)); /* whole steps, in spite of rounding */
   CU_ASSERT_EQUAL(sph_integrator_steps(w.flow), 11);
   SPH_TEST_CLOSE(stats_of(&w).dt, dt, 1e-6, 0);
   flow_free(&w);
@@ -264,7 +287,8 @@ static void last_steps_are_even(void) {
 static void stats_grow(void) {
   flow_world w = tank_open();
   const sph_integrator_stats none = stats_of(&w);
-  CU_ASSERT(none.steps == 0 && none.time == 0 && none.evaluations == 0 && none.builds == 0 && none.dt == 0);
+  CU_ASSERT(none.steps == 0 && none.time == 0 && none.evaluations == 0 && none.builds == 0 &&
+            none.dt == 0);
   flow_stir(&w, 0.5, 3);
   sph_probe *probe;
   SPH_TEST_OK(w.context, sph_probe_create_energy(w.flow, &probe));
@@ -278,13 +302,16 @@ static void stats_grow(void) {
     CU_ASSERT(now.evaluations > before.evaluations);
     CU_ASSERT(now.builds >= before.builds && now.builds >= 1 && now.contacts >= before.contacts);
     CU_ASSERT(now.list_entries > 0 && now.max_speed > 0 && now.max_acceleration > 0);
-    CU_ASSERT(now.seconds_search >= before.seconds_search && now.seconds_pack >= before.seconds_pack);
-    CU_ASSERT(now.seconds_boundary >= before.seconds_boundary && now.seconds_pairs >= before.seconds_pairs);
+    CU_ASSERT(now.seconds_search >= before.seconds_search &&
+              now.seconds_pack >= before.seconds_pack);
+    CU_ASSERT(now.seconds_boundary >= before.seconds_boundary &&
+              now.seconds_pairs >= before.seconds_pairs);
     CU_ASSERT(now.seconds_update >= before.seconds_update &&
               now.seconds_observers >= before.seconds_observers);
     /* The largest speed and acceleration are those of the particles. */
     double *v = flow_read(&w, SPH_VELOCITY), most = 0;
-    for (sph_index i = 0; i < sph_particles_count(w.water); i++) most = fmax(most, hypot(v[2 * i], v[2 * i + 1]));
+    for (sph_index i = 0; i < sph_particles_count(w.water); i++)
+      most = fmax(most, hypot(v[2 * i], v[2 * i + 1]));
     SPH_TEST_CLOSE(now.max_speed, most, 1e-12, 0);
     free(v);
     before = now;
@@ -328,7 +355,8 @@ static void unstable_steps_are_refused(void) {
   for (int s = 0; s < 3; s++) {
     SPH_TEST_OK(c, sph_integrator_set_stepper(w.flow, steppers[s]));
     const double limit = sph_integrator_stable_dt(w.flow);
-    SPH_TEST_STATUS(c, sph_integrator_set_dt(w.flow, 1.001 * limit), SPH_E_ARGUMENT, "is unstable; the limit");
+    SPH_TEST_STATUS(c, sph_integrator_set_dt(w.flow, 1.001 * limit), SPH_E_ARGUMENT,
+                    "is unstable; the limit");
     SPH_TEST_STATUS(c, sph_integrator_set_courant(w.flow, 1.001 * limit * 40 / w.h), SPH_E_ARGUMENT,
                     "courant number must be 0 to");
     warnings = 0;
@@ -345,7 +373,8 @@ static void unstable_steps_are_refused(void) {
   SPH_TEST_OK(c, sph_integrator_set_dt(w.flow, 0.7 * limit));
   SPH_TEST_STATUS(c, sph_integrator_set_stepper(w.flow, SPH_STEPPER_SYMPLECTIC), SPH_E_ARGUMENT,
                   "beyond the stable");
-  SPH_TEST_STATUS(c, sph_wcsph_set_sound_speed(w.flow, 80), SPH_E_ARGUMENT, "call sph_integrator_set_dt first");
+  SPH_TEST_STATUS(c, sph_wcsph_set_sound_speed(w.flow, 80), SPH_E_ARGUMENT,
+                  "call sph_integrator_set_dt first");
   SPH_TEST_STATUS(c, sph_wcsph_set_diffusion(w.flow, SPH_DIFFUSION_DELTA, 1), SPH_E_ARGUMENT,
                   "call sph_integrator_set_dt first");
   CU_ASSERT_EQUAL(sph_integrator_stable_dt(w.flow), limit);
@@ -356,7 +385,8 @@ static void unstable_steps_are_refused(void) {
   SPH_TEST_OK(c, sph_integrator_set_courant(w.flow, 2));
   SPH_TEST_STATUS(c, sph_integrator_set_stepper(w.flow, SPH_STEPPER_VERLET), SPH_E_ARGUMENT,
                   "courant number 2 is beyond the stable");
-  SPH_TEST_STATUS(c, sph_wcsph_set_diffusion(w.flow, SPH_DIFFUSION_DELTA, 1), SPH_E_ARGUMENT, "courant number 2");
+  SPH_TEST_STATUS(c, sph_wcsph_set_diffusion(w.flow, SPH_DIFFUSION_DELTA, 1), SPH_E_ARGUMENT,
+                  "courant number 2");
   flow_free(&w);
 }
 
@@ -384,14 +414,16 @@ static void argument_errors(void) {
   static const double bad[] = {-1e-9, NAN, INFINITY, -INFINITY};
   for (int k = 0; k < 4; k++) {
     SPH_TEST_STATUS(c, sph_integrator_set_dt(w.flow, bad[k]), SPH_E_ARGUMENT, "time step");
-    SPH_TEST_STATUS(c, sph_integrator_set_courant(w.flow, bad[k]), SPH_E_ARGUMENT, "courant number must be");
+    SPH_TEST_STATUS(c, sph_integrator_set_courant(w.flow, bad[k]), SPH_E_ARGUMENT,
+                    "courant number must be");
   }
   sph_stepper stepper = SPH_STEPPER_RK4;
   CU_ASSERT_EQUAL(sph_stepper_find(NULL, "rk4", &stepper), SPH_E_ARGUMENT);
   SPH_TEST_STATUS(c, sph_stepper_find(c, NULL, &stepper), SPH_E_ARGUMENT, "name is NULL");
   SPH_TEST_STATUS(c, sph_stepper_find(c, "rk4", NULL), SPH_E_ARGUMENT, "stepper is NULL");
   SPH_TEST_STATUS(c, sph_stepper_find(c, "rk5", &stepper), SPH_E_NAME, "did you mean \"rk4\"?");
-  SPH_TEST_STATUS(c, sph_stepper_find(c, "simplectic", &stepper), SPH_E_NAME, "did you mean \"symplectic\"?");
+  SPH_TEST_STATUS(c, sph_stepper_find(c, "simplectic", &stepper), SPH_E_NAME,
+                  "did you mean \"symplectic\"?");
   CU_ASSERT_EQUAL(stepper, SPH_STEPPER_RK4);
   static const char *const names[] = {"symplectic", "verlet", "rk4"};
   for (int k = 0; k < 3; k++) {
@@ -441,7 +473,8 @@ static void changes_are_taken_up(void) {
 
 SPH_TEST_MAIN("integrator", {"steppers have their orders", steppers_have_their_order},
               {"energy is kept without dissipation", energy_is_kept},
-              {"noise does not grow below the limit, every kernel and stepper", stable_below_the_limit},
+              {"noise does not grow below the limit, every kernel and stepper",
+               stable_below_the_limit},
               {"noise grows above the lattice limit", unstable_above_it},
               {"what limits a step is told", the_limit_is_reported},
               {"default steps are shares of the limit", defaults_are_shares_of_the_limit},

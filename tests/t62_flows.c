@@ -9,13 +9,15 @@ static bool in_disc(const double *x, void *user) {
 }
 
 /* A disc of radius 1 with u = (-A x, A y) becomes an ellipse of semi-axes a and b:
- * A' = A^2 (a^2 - b^2)/(a^2 + b^2), a' = -A a, a b = 1. At A0 t = 0.8: a = 0.500175, b = 1.999302. */
+ * A' = A^2 (a^2 - b^2)/(a^2 + b^2), a' = -A a, a b = 1. At A0 t = 0.8: a = 0.500175, b = 1.999302.
+ * From disordered particles: a lattice stretched four to one leaves the kernel no neighbours along the
+ * long axis, and a is 3 % too wide whatever the spacing. */
 static void drop_stretches(void) {
-  const double A = 1, dx = 1.0 / 40, none[2] = {0, 0}, lo[2] = {-1 - 0.5 * dx, -1 - 0.5 * dx};
-  const double hi[2] = {1 + 0.5 * dx, 1 + 0.5 * dx};
+  const double A = 1, dx = 1.0 / 40, none[2] = {0, 0}, lo[2] = {-1, -1}, hi[2] = {1, 1};
   double radius = 1;
   flow_world w = flow_open((flow_plan){.dx = dx, .c0 = 15});
   SPH_TEST_OK(w.context, sph_particles_fill_predicate(w.water, lo, hi, in_disc, &radius, rho0));
+  flow_jitter(&w, 0.2, 3);
   flow_build(&w);
   SPH_TEST_OK(w.context, sph_wcsph_set_gravity(w.flow, none));
   const sph_index n = sph_particles_count(w.water);
@@ -44,7 +46,7 @@ static void drop_stretches(void) {
     for (int d = 0; d < 2; d++) {
       SPH_TEST_CLOSE(2 * sqrt(axis[d]), exact[k][1 + d], 0.02, 0); /* by second moments */
       SPH_TEST_CLOSE(far[d], exact[k][1 + d], 0.02, 0.5 * dx);     /* by the outermost particle */
-      SPH_TEST_CLOSE(middle[d], 0, 0, 1e-5);
+      SPH_TEST_CLOSE(middle[d], 0, 0, 3e-4);
     }
     free(x);
   }
@@ -65,14 +67,34 @@ static void tank_outline(tank_shape shape, double top, int *vertices, double *wa
   memcpy(wall, of[shape], (size_t)*vertices * 2 * sizeof *wall);
 }
 
+/* Rows that fill the tank from wall to wall; each particle has its share of its row. */
+static void fill_rows(flow_world *w, tank_shape shape, double depth, double top) {
+  double outline[12], at[2000], volume[1000];
+  int vertices;
+  int64_t n = 0;
+  for (double y = 0.5 * w->dx; y < depth; y += w->dx) {
+    tank_outline(shape, top, &vertices, outline);
+    double width = outline[4];
+    if (shape == INCLINED) width += (outline[6] - outline[4]) * y / top;
+    if (shape == STEP && y > outline[7]) width = 1;
+    const int places = (int)lround(width / w->dx);
+    for (int k = 0; k < places; k++, n++) {
+      at[2 * n] = (k + 0.5) * width / places;
+      at[2 * n + 1] = y;
+      volume[n] = w->dx * width / places;
+    }
+  }
+  SPH_TEST_OK(w->context, sph_particles_add(w->water, n, at, rho0, NULL));
+  flow_write(w, SPH_VOLUME, volume);
+}
+
 static void tank_rests(tank_shape shape, sph_interpolator_type interpolator) {
   const double depth = 0.3, c0 = 10 * sqrt(g * depth), head = rho0 * g * depth;
   flow_world w = flow_open((flow_plan){.dx = 0.02, .c0 = c0, .boundary = interpolator});
-  double outline[12], fluid[12];
+  double outline[12];
   int vertices;
-  tank_outline(shape, depth, &vertices, fluid);
-  SPH_TEST_OK(w.context, sph_particles_fill_polygon(w.water, vertices, fluid, rho0));
   tank_outline(shape, 2 * depth, &vertices, outline);
+  fill_rows(&w, shape, depth, 2 * depth);
   SPH_TEST_OK(w.context, sph_wall_create_polyline(w.context, vertices, outline, false, &w.wall));
   flow_build(&w);
   const sph_index n = sph_particles_count(w.water);
@@ -110,14 +132,14 @@ static void tank_rests(tank_shape shape, sph_interpolator_type interpolator) {
   /* Falling, or a speed below 0.5 % of sqrt(g H). */
   const double mass = rho0 * 0.3, tiny = 0.5 * mass * 2.5e-5 * g * depth;
   if (!(kinetic[1] < kinetic[0] || kinetic[1] < tiny))
-    printf("\nshape %d, interpolator %d: kinetic energy %g, then %g J, tiny is %g", (int)shape, (int)interpolator,
-           kinetic[0], kinetic[1], tiny);
+    printf("\nshape %d, interpolator %d: kinetic energy %g, then %g J, tiny is %g", (int)shape,
+           (int)interpolator, kinetic[0], kinetic[1], tiny);
   CU_ASSERT(kinetic[1] < kinetic[0] || kinetic[1] < tiny);
   /* Nobody went anywhere. */
   double *now = flow_read(&w, SPH_POSITION), most = 0;
   for (sph_index i = 0; i < n; i++)
     most = fmax(most, hypot(now[2 * i] - x[2 * i], now[2 * i + 1] - x[2 * i + 1]));
-  SPH_TEST_BELOW(most, shape == INCLINED ? 2 * w.dx : 0.5 * w.dx);
+  SPH_TEST_BELOW(most, 0.5 * w.dx);
   free(now);
   free(x);
   free(y);
@@ -209,20 +231,26 @@ static void dam_breaks(void) {
 static void symmetry_is_kept(void) {
   enum { NX = 10, NY = 10, NZ = 10 };
   for (int s = 0; s < 3; s++) {
-    flow_world w = flow_open((flow_plan){.dim = 3, .dx = 0.05, .kernel = SPH_KERNEL_WENDLAND_C2, .ratio = 1.5,
-                                         .c0 = 20 * sqrt(g * 0.5), .precision = SPH_PRECISION_DOUBLE});
+    flow_world w = flow_open((flow_plan){.dim = 3,
+                                         .dx = 0.05,
+                                         .kernel = SPH_KERNEL_WENDLAND_C2,
+                                         .ratio = 1.5,
+                                         .c0 = 20 * sqrt(g * 0.5),
+                                         .precision = SPH_PRECISION_DOUBLE});
     const double lo[3] = {0, -0.25, 0}, hi[3] = {0.5, 0.25, 0.5}, top[3] = {1, 0.25, 1};
     SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0));
     SPH_TEST_OK(w.context, sph_wall_create_box(w.context, 3, lo, top, SPH_SIDE_HI(2), &w.wall));
     flow_build(&w);
-    SPH_TEST_OK(w.context, sph_integrator_set_stepper(w.flow, (sph_stepper)(SPH_STEPPER_SYMPLECTIC + s)));
+    SPH_TEST_OK(w.context,
+                sph_integrator_set_stepper(w.flow, (sph_stepper)(SPH_STEPPER_SYMPLECTIC + s)));
     CU_ASSERT_EQUAL_FATAL(sph_particles_count(w.water), NX * NY * NZ);
     const double slope[3] = {0, 0, -rho0 * g};
     flow_linear_pressure(&w, rho0 * g * 0.5, slope);
     double moved = 0;
     for (int part = 0; part < 2; part++) {
       flow_steps(&w, s == 2 ? 12 : 25);
-      double *x = flow_read(&w, SPH_POSITION), *rho = flow_read(&w, SPH_DENSITY), worst = 0, heavier = 0;
+      double *x = flow_read(&w, SPH_POSITION), *rho = flow_read(&w, SPH_DENSITY), worst = 0,
+             heavier = 0;
       for (int i = 0; i < NX; i++)
         for (int j = 0; j < NY; j++)
           for (int k = 0; k < NZ; k++) {
@@ -244,7 +272,8 @@ static void symmetry_is_kept(void) {
 }
 
 SPH_TEST_MAIN("flows", {"a drop stretches into the exact ellipse", drop_stretches},
-              {"water rests in a box", box_rests}, {"water rests at an inclined wall", inclined_rests},
+              {"water rests in a box", box_rests},
+              {"water rests at an inclined wall", inclined_rests},
               {"water rests over a step", step_rests},
               {"a dam break arrives in time, loses nothing and gains no energy", dam_breaks},
               {"a symmetric dam break in 3D stays symmetric", symmetry_is_kept})

@@ -31,10 +31,12 @@ static void creation_errors(void) {
   const double lo[3] = {0, 0, 0}, hi[3] = {1, 1, 1};
   SPH_TEST_OK(c, sph_particles_fill_box(w.water, lo, hi, rho0));
   CU_ASSERT_EQUAL(sph_wcsph_create(NULL, w.kernel, w.water, NULL, &out), SPH_E_ARGUMENT);
-  SPH_TEST_STATUS(c, sph_wcsph_create(c, NULL, w.water, NULL, &out), SPH_E_ARGUMENT, "kernel is NULL");
+  SPH_TEST_STATUS(c, sph_wcsph_create(c, NULL, w.water, NULL, &out), SPH_E_ARGUMENT,
+                  "kernel is NULL");
   SPH_TEST_STATUS(c, sph_wcsph_create(c, w.kernel, NULL, NULL, &out), SPH_E_ARGUMENT,
                   "particles is NULL");
-  SPH_TEST_STATUS(c, sph_wcsph_create(c, w.kernel, w.water, NULL, NULL), SPH_E_ARGUMENT, "out is NULL");
+  SPH_TEST_STATUS(c, sph_wcsph_create(c, w.kernel, w.water, NULL, NULL), SPH_E_ARGUMENT,
+                  "out is NULL");
   for (int dim = 1; dim <= 3; dim += 2) {
     sph_kernel *kernel;
     char text[64];
@@ -82,14 +84,15 @@ static void creation_errors(void) {
 static void contexts_do_not_mix(void) {
   flow_world a = tank_open((flow_plan){.c0 = 0}), b = tank_open((flow_plan){.c0 = 0});
   sph_integrator *out = NULL;
-  SPH_TEST_STATUS(a.context, sph_wcsph_create(a.context, b.kernel, a.water, NULL, &out), SPH_E_ARGUMENT,
-                  "of another context");
-  SPH_TEST_STATUS(a.context, sph_wcsph_create(a.context, a.kernel, b.water, NULL, &out), SPH_E_ARGUMENT,
-                  "of another context");
+  SPH_TEST_STATUS(a.context, sph_wcsph_create(a.context, b.kernel, a.water, NULL, &out),
+                  SPH_E_ARGUMENT, "of another context");
+  SPH_TEST_STATUS(a.context, sph_wcsph_create(a.context, a.kernel, b.water, NULL, &out),
+                  SPH_E_ARGUMENT, "of another context");
   SPH_TEST_STATUS(a.context, sph_wcsph_create(a.context, a.kernel, a.water, b.boundary, &out),
                   SPH_E_ARGUMENT, "of another context");
   sph_boundary *boundary = NULL;
-  SPH_TEST_STATUS(a.context, sph_boundary_create(a.context, a.wall, a.dx, b.interpolator, &boundary),
+  SPH_TEST_STATUS(a.context,
+                  sph_boundary_create(a.context, a.wall, a.dx, b.interpolator, &boundary),
                   SPH_E_ARGUMENT, "of another context");
   flow_free(&a);
   flow_free(&b);
@@ -117,8 +120,10 @@ static void settings_refuse(void) {
   static const double bad[] = {-1, NAN, INFINITY, -INFINITY};
   const double zero[2] = {0, 0}, nan[2] = {0, NAN}, infinite[2] = {INFINITY, 0};
   for (int k = 0; k < 4; k++) {
-    SPH_TEST_STATUS(c, sph_wcsph_set_sound_speed(f, bad[k]), SPH_E_ARGUMENT, "sound speed must be > 0");
-    SPH_TEST_STATUS(c, sph_wcsph_set_reference_density(f, bad[k]), SPH_E_ARGUMENT, "must be > 0 kg/m^3");
+    SPH_TEST_STATUS(c, sph_wcsph_set_sound_speed(f, bad[k]), SPH_E_ARGUMENT,
+                    "sound speed must be > 0");
+    SPH_TEST_STATUS(c, sph_wcsph_set_reference_density(f, bad[k]), SPH_E_ARGUMENT,
+                    "must be > 0 kg/m^3");
     SPH_TEST_STATUS(c, sph_wcsph_set_equation_of_state(f, SPH_EOS_TAIT, bad[k]), SPH_E_ARGUMENT,
                     "gamma must be > 0");
     SPH_TEST_STATUS(c, sph_wcsph_set_diffusion(f, SPH_DIFFUSION_DELTA, bad[k]), SPH_E_ARGUMENT,
@@ -132,10 +137,10 @@ static void settings_refuse(void) {
   SPH_TEST_STATUS(c, sph_wcsph_set_sound_speed(f, 0), SPH_E_ARGUMENT, "got 0");
   SPH_TEST_STATUS(c, sph_wcsph_set_reference_density(f, 0), SPH_E_ARGUMENT, "got 0");
   SPH_TEST_STATUS(c, sph_wcsph_set_equation_of_state(f, SPH_EOS_TAIT, 0), SPH_E_ARGUMENT, "got 0");
-  SPH_TEST_STATUS(c, sph_wcsph_set_equation_of_state(f, (sph_equation_of_state)3, 7), SPH_E_ARGUMENT,
-                  "got 3");
-  SPH_TEST_STATUS(c, sph_wcsph_set_equation_of_state(f, (sph_equation_of_state)0, 7), SPH_E_ARGUMENT,
-                  "got 0");
+  SPH_TEST_STATUS(c, sph_wcsph_set_equation_of_state(f, (sph_equation_of_state)3, 7),
+                  SPH_E_ARGUMENT, "got 3");
+  SPH_TEST_STATUS(c, sph_wcsph_set_equation_of_state(f, (sph_equation_of_state)0, 7),
+                  SPH_E_ARGUMENT, "got 0");
   SPH_TEST_STATUS(c, sph_wcsph_set_diffusion(f, (sph_diffusion)3, 0.1), SPH_E_ARGUMENT, "got 3");
   SPH_TEST_STATUS(c, sph_wcsph_set_diffusion(f, (sph_diffusion)-1, 0.1), SPH_E_ARGUMENT, "got -1");
   SPH_TEST_STATUS(c, sph_wcsph_set_diffusion(f, SPH_DIFFUSION_DELTA, 1.01), SPH_E_ARGUMENT, "1.01");
@@ -147,10 +152,13 @@ static void settings_refuse(void) {
   SPH_TEST_STATUS(c, sph_wcsph_set_domain(f, NULL, zero), SPH_E_ARGUMENT, "lo is NULL");
   SPH_TEST_STATUS(c, sph_wcsph_set_domain(f, zero, NULL), SPH_E_ARGUMENT, "hi is NULL");
   SPH_TEST_STATUS(c, sph_wcsph_set_domain(f, zero, zero), SPH_E_ARGUMENT, "lo < hi in direction 0");
-  SPH_TEST_STATUS(c, sph_wcsph_set_domain(f, zero, infinite), SPH_E_ARGUMENT, "lo < hi in direction 0");
+  SPH_TEST_STATUS(c, sph_wcsph_set_domain(f, zero, infinite), SPH_E_ARGUMENT,
+                  "lo < hi in direction 0");
   SPH_TEST_STATUS(c, sph_wcsph_set_domain(f, nan, infinite), SPH_E_ARGUMENT, "lo < hi");
-  SPH_TEST_STATUS(c, sph_wcsph_set_periodic(f, -1, 0, 1), SPH_E_ARGUMENT, "axis must be 0 to 1, got -1");
-  SPH_TEST_STATUS(c, sph_wcsph_set_periodic(f, 2, 0, 1), SPH_E_ARGUMENT, "axis must be 0 to 1, got 2");
+  SPH_TEST_STATUS(c, sph_wcsph_set_periodic(f, -1, 0, 1), SPH_E_ARGUMENT,
+                  "axis must be 0 to 1, got -1");
+  SPH_TEST_STATUS(c, sph_wcsph_set_periodic(f, 2, 0, 1), SPH_E_ARGUMENT,
+                  "axis must be 0 to 1, got 2");
   SPH_TEST_STATUS(c, sph_wcsph_set_periodic(f, 0, 1, 1), SPH_E_ARGUMENT, "lo < hi");
   SPH_TEST_STATUS(c, sph_wcsph_set_periodic(f, 0, NAN, 1), SPH_E_ARGUMENT, "lo < hi");
   SPH_TEST_STATUS(c, sph_wcsph_set_periodic(f, 0, 0, INFINITY), SPH_E_ARGUMENT, "lo < hi");
@@ -181,15 +189,18 @@ static void values_refuse(void) {
   double *p = flow_room(n), *density = flow_room(n), *before = flow_read(&w, SPH_DENSITY);
   SPH_TEST_STATUS(c, sph_wcsph_density_of_pressure(f, n, NULL, density), SPH_E_ARGUMENT,
                   "pressure is NULL");
-  SPH_TEST_STATUS(c, sph_wcsph_density_of_pressure(f, n, p, NULL), SPH_E_ARGUMENT, "density is NULL");
+  SPH_TEST_STATUS(c, sph_wcsph_density_of_pressure(f, n, p, NULL), SPH_E_ARGUMENT,
+                  "density is NULL");
   SPH_TEST_STATUS(c, sph_wcsph_density_of_pressure(f, -1, p, density), SPH_E_ARGUMENT, "got -1");
   SPH_TEST_STATUS(c, sph_wcsph_start_from_pressure(f, n, NULL), SPH_E_ARGUMENT, "pressure is NULL");
-  SPH_TEST_STATUS(c, sph_wcsph_start_from_pressure(f, n - 1, p), SPH_E_ARGUMENT, "for 200 particles");
+  SPH_TEST_STATUS(c, sph_wcsph_start_from_pressure(f, n - 1, p), SPH_E_ARGUMENT,
+                  "for 200 particles");
   static const double bad[] = {NAN, INFINITY, -1.7e6};
   for (int k = 0; k < 3; k++) {
     p[7] = bad[k];
     density[3] = -5;
-    SPH_TEST_STATUS(c, sph_wcsph_density_of_pressure(f, n, p, density), SPH_E_ARGUMENT, "(entry 7)");
+    SPH_TEST_STATUS(c, sph_wcsph_density_of_pressure(f, n, p, density), SPH_E_ARGUMENT,
+                    "(entry 7)");
     CU_ASSERT_EQUAL(density[3], -5);
     SPH_TEST_STATUS(c, sph_wcsph_start_from_pressure(f, n, p), SPH_E_ARGUMENT, "(entry 7)");
   }
@@ -258,8 +269,8 @@ static void all_setters(sph_integrator *f, sph_status expected) {
 }
 
 static void other_methods_are_refused(void) {
-  static const sphi_method other = {.name = "other", .stable_courant = any_courant, .stable_dt = any_dt,
-                                    .destroy = no_destroy};
+  static const sphi_method other = {
+      .name = "other", .stable_courant = any_courant, .stable_dt = any_dt, .destroy = no_destroy};
   flow_world w = tank_open((flow_plan){.c0 = 40});
   sph_integrator *flow = NULL;
   SPH_TEST_OK(w.context, sphi_integrator_create(w.context, &other, w.water, w.kernel, &flow));
@@ -276,7 +287,8 @@ static void fluid_inside_a_wall(void) {
   const double keep = x[2 * 137];
   x[2 * 137] = -0.01;
   flow_write(&w, SPH_POSITION, x);
-  SPH_TEST_STATUS(w.context, sph_integrator_step(w.flow), SPH_E_ARGUMENT, "particle 137 at (-0.01,");
+  SPH_TEST_STATUS(w.context, sph_integrator_step(w.flow), SPH_E_ARGUMENT,
+                  "particle 137 at (-0.01,");
   CU_ASSERT(strstr(sph_context_message(w.context), "lies 0.01 m inside wall \"wall\"") != NULL);
   CU_ASSERT_EQUAL(sph_integrator_steps(w.flow), 0);
   double *y = flow_read(&w, SPH_POSITION);
@@ -289,7 +301,8 @@ static void fluid_inside_a_wall(void) {
   flow_free(&w);
 }
 
-static void shifted(double t, double *displacement, double *velocity, double *acceleration, void *user) {
+static void shifted(double t, double *displacement, double *velocity, double *acceleration,
+                    void *user) {
   (void)t;
   (void)velocity;
   (void)acceleration;
@@ -303,7 +316,8 @@ static void moved_walls_are_checked_where_they_are(void) {
   double lo[2] = {5, 0}, hi[2] = {6, 0.5};
   const double wall_lo[2] = {0, 0}, wall_hi[2] = {1, 1};
   SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0));
-  SPH_TEST_OK(w.context, sph_wall_create_box(w.context, 2, wall_lo, wall_hi, SPH_SIDE_HI(1), &w.wall));
+  SPH_TEST_OK(w.context,
+              sph_wall_create_box(w.context, 2, wall_lo, wall_hi, SPH_SIDE_HI(1), &w.wall));
   SPH_TEST_OK(w.context, sph_wall_set_motion(w.wall, shifted, &shift));
   flow_build(&w);
   flow_steps(&w, 3);
@@ -316,7 +330,8 @@ static void moved_walls_are_checked_where_they_are(void) {
     lo[0] = k == 0 ? 0 : 4.5;
     hi[0] = lo[0] + 1;
     SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0));
-    SPH_TEST_OK(w.context, sph_wall_create_box(w.context, 2, wall_lo, wall_hi, SPH_SIDE_HI(1), &w.wall));
+    SPH_TEST_OK(w.context,
+                sph_wall_create_box(w.context, 2, wall_lo, wall_hi, SPH_SIDE_HI(1), &w.wall));
     SPH_TEST_OK(w.context, sph_wall_set_motion(w.wall, shifted, &shift));
     flow_build(&w);
     if (k == 0)
@@ -338,7 +353,8 @@ static void open_ends_under_water(void) {
     SPH_TEST_OK(w.context, sph_wall_set_name(w.wall, "basin"));
     flow_build(&w);
     SPH_TEST_STATUS(w.context, sph_integrator_step(w.flow), SPH_E_ARGUMENT,
-                    side ? "wall \"basin\" ends openly at (1, 0.4) m" : "wall \"basin\" ends openly at (0, 0.4) m");
+                    side ? "wall \"basin\" ends openly at (1, 0.4) m"
+                         : "wall \"basin\" ends openly at (0, 0.4) m");
     CU_ASSERT(strstr(sph_context_message(w.context), "extend the wall") != NULL);
     CU_ASSERT_EQUAL(sph_integrator_steps(w.flow), 0);
     flow_free(&w);
@@ -389,12 +405,14 @@ static void check_stopped(const flow_world *w, int64_t id, const char *quantity)
   const char *message = sph_context_message(w->context);
   char name[64];
   snprintf(name, sizeof name, "particles \"water\": particle %lld at (", (long long)id);
-  if (!strstr(message, name) || !strstr(message, quantity)) printf("\n%s, not %s %s", message, name, quantity);
+  if (!strstr(message, name) || !strstr(message, quantity))
+    printf("\n%s, not %s %s", message, name, quantity);
   CU_ASSERT(strstr(message, name) != NULL);
   CU_ASSERT(strstr(message, ") m, time ") != NULL);
   CU_ASSERT(strstr(message, quantity) != NULL);
   /* Everything can still be read. */
-  double *x = flow_read(w, SPH_POSITION), *v = flow_read(w, SPH_VELOCITY), *rho = flow_read(w, SPH_DENSITY);
+  double *x = flow_read(w, SPH_POSITION), *v = flow_read(w, SPH_VELOCITY),
+         *rho = flow_read(w, SPH_DENSITY);
   const sph_index n = sph_particles_count(w->water);
   int bad = 0;
   for (sph_index i = 0; i < n; i++)
@@ -488,7 +506,8 @@ static void crossing_is_found(void) {
 
 /* Nine particles that fly apart so fast that the middle one's density would turn negative. */
 static void negative_density_is_found(void) {
-  flow_world w = flow_open((flow_plan){.dx = 0.1, .c0 = 20, .kernel = SPH_KERNEL_WENDLAND_C2, .ratio = 1});
+  flow_world w =
+      flow_open((flow_plan){.dx = 0.1, .c0 = 20, .kernel = SPH_KERNEL_WENDLAND_C2, .ratio = 1});
   const double lo[2] = {-0.15, -0.15}, hi[2] = {0.15, 0.15};
   SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0));
   flow_build(&w);
@@ -500,7 +519,8 @@ static void negative_density_is_found(void) {
   flow_write(&w, SPH_VELOCITY, x);
   CU_ASSERT_EQUAL(sph_integrator_step(w.flow), SPH_E_DIVERGED);
   CU_ASSERT(strstr(sph_context_message(w.context), "particle 4 at (") != NULL);
-  CU_ASSERT(strstr(sph_context_message(w.context), "density that is not positive: rho = -") != NULL);
+  CU_ASSERT(strstr(sph_context_message(w.context), "density that is not positive: rho = -") !=
+            NULL);
   free(x);
   flow_free(&w);
 }
@@ -523,7 +543,8 @@ SPH_TEST_MAIN("wcsph errors", {"creation errors", creation_errors},
               {"without a sound speed nothing runs", sound_speed_is_needed},
               {"NULL and other methods are refused", other_methods_are_refused},
               {"a particle inside a wall is named", fluid_inside_a_wall},
-              {"walls are checked where their motion puts them", moved_walls_are_checked_where_they_are},
+              {"walls are checked where their motion puts them",
+               moved_walls_are_checked_where_they_are},
               {"walls that end under water are refused", open_ends_under_water},
               {"a periodic floor has no ends", periodic_floor_has_no_ends},
               {"a force that is not finite stops the run", poison_is_found},

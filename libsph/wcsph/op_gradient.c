@@ -108,12 +108,12 @@ SPHI_INLINE void op_store(const op_arguments *a, const int dim, int32_t first, i
   (void)t;
   for (int32_t l = 0; l < count; l++) {
     a->divergence[first + l] = (double)s->divergence[l];
-    if (!a->record) continue;
     double m[6], b[3], g[3] = {0, 0, 0};
     for (int k = 0; k < (dim == 2 ? 3 : 6); k++) m[k] = -(double)s->m[k][l];
     for (int d = 0; d < dim; d++) b[d] = (double)s->b[d][l];
     const double lambda = dim == 2 ? smallest_eigenvalue_2(m) : smallest_eigenvalue_3(m);
     a->lambda[first + l] = lambda;
+    if (!a->record) continue;
     if (lambda >= a->lambda_min) {
       if (dim == 2)
         solve_2(m, b, g);

@@ -1,8 +1,10 @@
 /* Evaluation of the rates and the time steppers of weakly compressible SPH. */
 #include "wcsph/wcsph_impl.h"
 
-/* Below this smallest eigenvalue of the moment matrix a gradient is not trusted. */
+/* Smallest eigenvalue of the moment matrix: below LAMBDA_MIN a gradient is not trusted, below
+ * LAMBDA_ISOLATED a particle is a drop or a thread (Marrone et al. 2010). */
 #define LAMBDA_MIN 0.1
+#define LAMBDA_ISOLATED 0.2
 
 typedef double *restrict array;
 
@@ -256,6 +258,17 @@ static sph_status check_state(sph_integrator *flow, double dt) {
   return all.bad < 0 ? SPH_OK : report_bad(flow, all.bad, dt);
 }
 
+/* Drops and threads cannot be in tension: nothing holds them together, and a density that stayed low
+ * from the moment they came off would tear at whatever they meet next. */
+static void release_tension(sph_integrator *flow) {
+  const wcsph *w = wcsph_of(flow);
+  array rho = field(flow, SPHI_RHO)[0];
+  const array lambda = w->array[WCSPH_LAMBDA];
+#pragma omp parallel for num_threads(flow->context->threads) schedule(static)
+  for (int32_t i = 0; i < flow->particles->n; i++)
+    if (lambda[i] < LAMBDA_ISOLATED && rho[i] < w->rho0) rho[i] = w->rho0;
+}
+
 /* Symplectic Euler, written from the density on: density with the velocities now, velocities with the
  * new density, positions with the new velocities. */
 static sph_status step_symplectic(sph_integrator *flow, double dt) {
@@ -394,6 +407,7 @@ sph_status sphi_wcsph_step(sph_integrator *flow, double dt) {
     SPH_TRY(step_verlet(flow, dt));
   else
     SPH_TRY(step_rk4(flow, dt));
+  release_tension(flow);
   apply_equation_of_state(flow); /* what a caller reads belongs together */
   const sph_status status = check_state(flow, dt);
   w->travelled += dt * fmax(flow->stats.max_speed + 0.5 * dt * flow->stats.max_acceleration,

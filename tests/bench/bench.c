@@ -354,13 +354,12 @@ static void parse(int argc, char **argv, options *o) {
       o->compare = value;
     else if (!strcmp(option, "--from"))
       o->from = value;
-    else if (!strcmp(option, "--repeats"))
-      o->repeats = (int)strtol(value, NULL, 10);
+    else if (!strcmp(option, "--repeats") && strlen(value) == 1 && *value >= '1' && *value <= '9')
+      o->repeats = *value - '0';
     else
-      refuse(option, "unknown");
+      refuse(option, "unknown, or its value is");
   }
   if (o->repeats == 0) o->repeats = o->quick ? 3 : 5;
-  if (o->repeats < 1 || o->repeats > REPEATS_MOST) refuse("--repeats", "must be 1 to 9");
   if (o->from && !o->compare) refuse("--from", "needs --compare");
   int chosen = 0;
   for (int k = 0; k < flow_case_count; k++) chosen += is_chosen(o, k);

@@ -148,7 +148,7 @@ TEXT
 
 Remarks:
 
-- P1 is the mean over Buchner's plate, 90 mm across and centred 0.16 m above the bed, weighted with its chords. Peaks are those of the mean over 0.1 sqrt(H/g); the plot has the signal of every step as well. The experiment is a single run with 90 points read from a figure.
+- Buchner's gauge is a plate 90 mm across, centred 0.16 m above the bed; its mean is weighted with the chords. P1 is its lower edge, 0.115 m = 0.19 H, where published computations are compared with it; Huang et al. do not print the height of their P1. Peaks are those of the mean over 0.1 sqrt(H/g); the plot has the signal of every step as well. The experiment is a single run with 90 points read from a figure.
 - The gate of the experiments takes time to go up, that of the computation none: no time is shifted here. For the column of the experiments on fronts (L wide, 2 L high) the computed front is ahead by a nearly constant time, as a late gate makes it; the bar asks for this sign, and for a small spread.
 - The long column (L wide, L/2 high) is no similar copy of those experiments. x/L against t sqrt(2 g/L) is the way this case is commonly shown.
 - The bed is smooth and the water has no surface tension.
