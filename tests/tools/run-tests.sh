@@ -8,6 +8,7 @@
 # (300) counts as one more failed test. The last line is "N passed, N failed"; the exit status is
 # zero when something ran and nothing failed. Each program's output stays beside it in *.log.
 set -u
+export OMP_WAIT_POLICY=passive # threads that spin while they wait slow a shared machine down
 limit=${TEST_TIMEOUT:-300}
 passed=0
 failed=0
