@@ -59,7 +59,7 @@ static void parse(int argc, char **argv, setup *s) {
       OPTION_NUMBER("--height", s->height, 1e-3, 100, "height H of the column [m]; 0.6, 3D 0.5"),
       OPTION_NUMBER("--tank", s->tank, 1e-3, 1000, "length of the tank [m]; 5.366 H, 3D 4 H"),
       OPTION_NUMBER("--width", s->width, 1e-3, 100, "width in 3D [m]"),
-      OPTION_NUMBER("--top", s->top, 1e-3, 1000, "height of the side walls [m]; 5 H, 3D 3 H"),
+      OPTION_NUMBER("--top", s->top, 1e-3, 1000, "height of the side walls [m]; 8 H, 3D 3 H"),
       OPTION_NUMBER("--end-t-star", s->end, 1e-6, 1000, "end, t sqrt(g/H)"),
       OPTION_NUMBER("--c0", s->c0_factor, 5, 200, "sound speed / sqrt(g H)"),
       OPTION_TEXT("--interpolator", s->interpolator, "improved-shepard, normalized, mls-linear"),
@@ -83,7 +83,7 @@ static void parse(int argc, char **argv, setup *s) {
   if (s->height == 0) s->height = flat ? 0.6 : 0.5;
   if (s->length == 0) s->length = flat ? 1.2 : 1.0;
   if (s->tank == 0) s->tank = flat ? 5.366 * s->height : 4 * s->height;
-  if (s->top == 0) s->top = flat ? 5 * s->height : 3 * s->height;
+  if (s->top == 0) s->top = flat ? 8 * s->height : 3 * s->height;
   if (s->h_ratio == 0) s->h_ratio = flat ? 1.3 : 1.5;
   if (*s->kernel == '\0') s->kernel = flat ? "gaussian" : "wendland-c2";
   if (s->quick) s->end = fmin(s->end, 2.8);

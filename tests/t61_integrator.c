@@ -5,11 +5,13 @@
 static const double rho0 = 1000, g = 9.81;
 static const sph_stepper steppers[] = {SPH_STEPPER_SYMPLECTIC, SPH_STEPPER_VERLET, SPH_STEPPER_RK4};
 
-/* A drop without any dissipation that is stretched by its velocity (-A x, A y). The kernel is smooth
- * enough for fourth order to show. */
-static flow_world drop_open(sph_stepper stepper) {
-  const double A = 2, lo[2] = {-0.5, -0.5}, hi[2] = {0.5, 0.5}, none[2] = {0, 0};
-  flow_world w = flow_open((flow_plan){.dx = 0.1,
+/* Vortices in a periodic box without any dissipation, under a pressure that keeps all of the fluid in
+ * compression. The kernel is smooth enough for fourth order to show. */
+static flow_world vortices_open(sph_stepper stepper) {
+  enum { N = 10 };
+  const double U = 1, k = 2 * 3.14159265358979323846, lo[2] = {0, 0}, hi[2] = {1, 1},
+               none[2] = {0, 0};
+  flow_world w = flow_open((flow_plan){.dx = 1.0 / N,
                                        .c0 = 10,
                                        .kernel = SPH_KERNEL_WENDLAND_C6,
                                        .ratio = 1.8,
@@ -17,73 +19,80 @@ static flow_world drop_open(sph_stepper stepper) {
   SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0));
   flow_jitter(&w, 0.1, 3);
   flow_build(&w);
+  for (int d = 0; d < 2; d++) SPH_TEST_OK(w.context, sph_wcsph_set_periodic(w.flow, d, 0, 1));
   SPH_TEST_OK(w.context, sph_wcsph_set_gravity(w.flow, none));
   SPH_TEST_OK(w.context, sph_wcsph_set_artificial_viscosity(w.flow, 0));
   SPH_TEST_OK(w.context, sph_wcsph_set_diffusion(w.flow, SPH_DIFFUSION_NONE, 0));
   SPH_TEST_OK(w.context, sph_integrator_set_stepper(w.flow, stepper));
-  const sph_index n = sph_particles_count(w.water);
-  double *x = flow_read(&w, SPH_POSITION), *v = flow_room(2 * (int64_t)n), *p = flow_room(n);
-  for (sph_index i = 0; i < n; i++) {
-    v[2 * i] = -A * x[2 * i];
-    v[2 * i + 1] = A * x[2 * i + 1];
-    p[i] = 0.5 * rho0 * A * A * (0.5 - x[2 * i] * x[2 * i] - x[2 * i + 1] * x[2 * i + 1]);
+  double *x = flow_read(&w, SPH_POSITION), v[2 * N * N], p[N * N];
+  for (int i = 0; i < N * N; i++) {
+    v[2 * i] = U * sin(k * x[2 * i]) * cos(k * x[2 * i + 1]);
+    v[2 * i + 1] = -U * cos(k * x[2 * i]) * sin(k * x[2 * i + 1]);
+    p[i] = rho0 * U * U * (2 + 0.25 * (cos(2 * k * x[2 * i]) + cos(2 * k * x[2 * i + 1])));
   }
   flow_write(&w, SPH_VELOCITY, v);
-  SPH_TEST_OK(w.context, sph_wcsph_start_from_pressure(w.flow, n, p));
+  SPH_TEST_OK(w.context, sph_wcsph_start_from_pressure(w.flow, N * N, p));
   free(x);
-  free(v);
-  free(p);
   return w;
 }
 
-/* Positions at t = 0.32 and the relative change of energy until then. */
-static double *drop_run(sph_stepper stepper, double dt, double *energy) {
-  flow_world w = drop_open(stepper);
-  sph_energy before, after;
+static double total_energy(const flow_world *w) {
+  sph_energy e;
+  SPH_TEST_OK(w->context, sph_wcsph_get_energy(w->flow, &e));
+  return e.total;
+}
+
+/* Velocities at t = 0.16 and the relative change of energy until then. */
+static double *vortices_run(sph_stepper stepper, double dt, double *change) {
+  flow_world w = vortices_open(stepper);
   SPH_TEST_OK(w.context, sph_integrator_set_dt(w.flow, dt));
-  SPH_TEST_OK(w.context, sph_wcsph_get_energy(w.flow, &before));
-  SPH_TEST_OK(w.context, sph_integrator_advance(w.flow, 0.32));
-  SPH_TEST_OK(w.context, sph_wcsph_get_energy(w.flow, &after));
-  *energy = fabs(after.total - before.total) / before.total;
-  double *x = flow_read(&w, SPH_POSITION);
+  const double before = total_energy(&w);
+  SPH_TEST_OK(w.context, sph_integrator_advance(w.flow, 0.16));
+  *change = fabs(total_energy(&w) - before) / before;
+  double *v = flow_read(&w, SPH_VELOCITY);
   flow_free(&w);
-  return x;
+  return v;
 }
 
 static void steppers_have_their_order(void) {
   double energy;
-  double *exact = drop_run(SPH_STEPPER_RK4, 0.01 / 16, &energy);
+  double *exact = vortices_run(SPH_STEPPER_RK4, 0.01 / 32, &energy);
   /* Without dissipation and with all of time resolved the pair sums conserve energy. */
   SPH_TEST_BELOW(energy, 1e-9);
   static const struct {
     sph_stepper stepper;
-    double dt, order, slack;
-  } c[] = {{SPH_STEPPER_SYMPLECTIC, 0.01, 1, 0.1},
-           {SPH_STEPPER_VERLET, 0.01, 2, 0.15},
-           {SPH_STEPPER_RK4, 0.01, 4, 0.2}};
+    double order, slack;
+  } c[] = {
+      {SPH_STEPPER_SYMPLECTIC, 1, 0.15}, {SPH_STEPPER_VERLET, 2, 0.15}, {SPH_STEPPER_RK4, 4, 0.2}};
   for (int k = 0; k < 3; k++) {
     double error[3];
     for (int halving = 0; halving < 3; halving++) {
-      double *x = drop_run(c[k].stepper, c[k].dt / (1 << halving), &energy);
-      error[halving] = flow_difference(200, x, exact);
-      free(x);
+      double *v = vortices_run(c[k].stepper, 0.008 / (1 << halving), &energy);
+      error[halving] = flow_difference(200, v, exact);
+      free(v);
     }
     SPH_TEST_CLOSE(log2(error[1] / error[2]), c[k].order, 0, c[k].slack);
-    CU_ASSERT(error[2] > 1e-9 && error[0] < 0.1);
+    CU_ASSERT(error[2] > 1e-9 && error[0] < 0.2);
   }
   free(exact);
 }
 
-/* Energy without dissipation, at the steppers' own default steps. */
-static void energy_is_kept(void) {
-  static const double bound[] = {0.02, 2e-3, 3e-3};
+/* With the default dissipation and steps energy falls; what oscillates on the way is small. */
+static void energy_falls(void) {
   for (int k = 0; k < 3; k++) {
-    flow_world w = drop_open(steppers[k]);
-    sph_energy before, after;
-    SPH_TEST_OK(w.context, sph_wcsph_get_energy(w.flow, &before));
-    SPH_TEST_OK(w.context, sph_integrator_advance(w.flow, 0.32));
-    SPH_TEST_OK(w.context, sph_wcsph_get_energy(w.flow, &after));
-    SPH_TEST_CLOSE(after.total, before.total, bound[k], 0);
+    flow_world w = vortices_open(steppers[k]);
+    SPH_TEST_OK(w.context, sph_wcsph_set_diffusion(w.flow, SPH_DIFFUSION_DELTA, 0.1));
+    SPH_TEST_OK(w.context, sph_wcsph_set_artificial_viscosity(w.flow, 0.02));
+    const double first = total_energy(&w);
+    double least = first, growth = 0;
+    for (int step = 0; step < 100; step++) {
+      flow_steps(&w, 1);
+      const double now = total_energy(&w);
+      growth = fmax(growth, (now - least) / first);
+      least = fmin(least, now);
+    }
+    SPH_TEST_BELOW(growth, 1e-3);
+    SPH_TEST_BELOW(least / first, 0.99);
     flow_free(&w);
   }
 }
@@ -472,7 +481,7 @@ static void changes_are_taken_up(void) {
 }
 
 SPH_TEST_MAIN("integrator", {"steppers have their orders", steppers_have_their_order},
-              {"energy is kept without dissipation", energy_is_kept},
+              {"energy falls with the default dissipation", energy_falls},
               {"noise does not grow below the limit, every kernel and stepper",
                stable_below_the_limit},
               {"noise grows above the lattice limit", unstable_above_it},

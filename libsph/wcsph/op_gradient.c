@@ -112,7 +112,7 @@ SPHI_INLINE void op_store(const op_arguments *a, const int dim, int32_t first, i
     for (int k = 0; k < (dim == 2 ? 3 : 6); k++) m[k] = -(double)s->m[k][l];
     for (int d = 0; d < dim; d++) b[d] = (double)s->b[d][l];
     const double lambda = dim == 2 ? smallest_eigenvalue_2(m) : smallest_eigenvalue_3(m);
-    a->lambda[first + l] = lambda;
+    if (a->lambda) a->lambda[first + l] = lambda;
     if (!a->record) continue;
     if (lambda >= a->lambda_min) {
       if (dim == 2)

@@ -6,7 +6,7 @@
 typedef struct sphi_gradient_arguments {
   void *record;       /* fluid records: the gradient g is written into them; NULL: leave them */
   double *divergence; /* [n] sum_j (u_j - u_i) . grad_i W_ij V_j, ghosts included */
-  double *lambda;     /* [n] smallest eigenvalue of the moment matrix M_i: 1 with full support */
+  double *lambda;     /* [n] smallest eigenvalue of the moment matrix M_i: 1 with full support; or NULL */
   double lambda_min;  /* below it the gradient is set to zero */
 } sphi_gradient_arguments;
 
