@@ -7,7 +7,7 @@
 # For example `demo.sh out --dx 0.01` is done in seconds. BUILD in the environment is where the examples
 # were built; they are built if they are not there.
 set -eu
-export OMP_WAIT_POLICY=passive # threads that spin while they wait slow a shared machine down
+export GOMP_SPINCOUNT=${GOMP_SPINCOUNT:-10000} # longer waits of threads slow a shared machine down
 root=$(cd "$(dirname "$0")/.." && pwd)
 examples=$root/examples
 measured=$root/tests/data

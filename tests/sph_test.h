@@ -10,44 +10,45 @@
 #include <string.h>
 
 /* |actual - expected| <= rtol |expected| + atol; prints both, the error and the bound if not. */
-#define SPH_TEST_CLOSE(actual, expected, rtol, atol)                                              \
-  do {                                                                                            \
-    const double t_a = (actual), t_e = (expected), t_b = (rtol)*fabs(t_e) + (atol);               \
-    const int t_ok = fabs(t_a - t_e) <= t_b;                                                      \
-    if (!t_ok)                                                                                    \
-      printf("\n%s:%d: %s = %.17g, expected %.17g, error %.3g > %.3g", __FILE__, __LINE__, #actual, \
-             t_a, t_e, fabs(t_a - t_e), t_b);                                                     \
-    CU_ASSERT(t_ok);                                                                              \
+#define SPH_TEST_CLOSE(actual, expected, rtol, atol)                                       \
+  do {                                                                                     \
+    const double t_a = (actual), t_e = (expected), t_b = (rtol)*fabs(t_e) + (atol);        \
+    const int t_ok = fabs(t_a - t_e) <= t_b;                                               \
+    if (!t_ok)                                                                             \
+      printf("\n%s:%d: %s = %.17g, expected %.17g, error %.3g > %.3g", __FILE__, __LINE__, \
+             #actual, t_a, t_e, fabs(t_a - t_e), t_b);                                     \
+    CU_ASSERT(t_ok);                                                                       \
   } while (0)
 
 /* actual < bound (false for NaN); prints both if not. */
-#define SPH_TEST_BELOW(actual, bound)                                                            \
-  do {                                                                                           \
-    const double t_a = (actual), t_b = (bound);                                                  \
-    if (!(t_a < t_b)) printf("\n%s:%d: %s = %.6g, not below %.6g", __FILE__, __LINE__, #actual, t_a, t_b); \
-    CU_ASSERT(t_a < t_b);                                                                        \
+#define SPH_TEST_BELOW(actual, bound)                                                      \
+  do {                                                                                     \
+    const double t_a = (actual), t_b = (bound);                                            \
+    if (!(t_a < t_b))                                                                      \
+      printf("\n%s:%d: %s = %.6g, not below %.6g", __FILE__, __LINE__, #actual, t_a, t_b); \
+    CU_ASSERT(t_a < t_b);                                                                  \
   } while (0)
 
 /* The call returns SPH_OK; prints the context's message if not. */
-#define SPH_TEST_OK(context, call)                                                           \
-  do {                                                                                       \
-    const sph_status t_s = (call);                                                           \
-    if (t_s != SPH_OK)                                                                       \
-      printf("\n%s:%d: %s: %s: %s", __FILE__, __LINE__, #call, sph_status_name(t_s),         \
-             sph_context_message(context));                                                  \
-    CU_ASSERT_FATAL(t_s == SPH_OK);                                                          \
+#define SPH_TEST_OK(context, call)                                                   \
+  do {                                                                               \
+    const sph_status t_s = (call);                                                   \
+    if (t_s != SPH_OK)                                                               \
+      printf("\n%s:%d: %s: %s: %s", __FILE__, __LINE__, #call, sph_status_name(t_s), \
+             sph_context_message(context));                                          \
+    CU_ASSERT_FATAL(t_s == SPH_OK);                                                  \
   } while (0)
 
 /* The call returns `code`, and the context stored a message that contains `text`. */
-#define SPH_TEST_STATUS(context, call, code, text)                                            \
-  do {                                                                                        \
-    const sph_status t_s = (call);                                                            \
-    const char *t_m = sph_context_message(context);                                           \
+#define SPH_TEST_STATUS(context, call, code, text)                                                \
+  do {                                                                                            \
+    const sph_status t_s = (call);                                                                \
+    const char *t_m = sph_context_message(context);                                               \
     const int t_ok = t_s == (code) && sph_context_status(context) == (code) && strstr(t_m, text); \
-    if (!t_ok)                                                                                \
-      printf("\n%s:%d: %s: %s, expected %s with \"%s\", message: %s", __FILE__, __LINE__, #call, \
-             sph_status_name(t_s), sph_status_name(code), text, t_m);                         \
-    CU_ASSERT(t_ok);                                                                          \
+    if (!t_ok)                                                                                    \
+      printf("\n%s:%d: %s: %s, expected %s with \"%s\", message: %s", __FILE__, __LINE__, #call,  \
+             sph_status_name(t_s), sph_status_name(code), text, t_m);                             \
+    CU_ASSERT(t_ok);                                                                              \
   } while (0)
 
 /* Uniform in [0, 1): a fixed-seed generator of high-entropy inputs (splitmix64). */
@@ -78,10 +79,10 @@ static inline int sph_test_main(const char *suite_name, int count, const sph_tes
 }
 
 /* SPH_TEST_MAIN("suite", {"claim", function}, ...) */
-#define SPH_TEST_MAIN(suite, ...)                                                         \
-  int main(void) {                                                                        \
-    const sph_test tests[] = {__VA_ARGS__};                                               \
-    return sph_test_main(suite, (int)(sizeof tests / sizeof tests[0]), tests);            \
+#define SPH_TEST_MAIN(suite, ...)                                              \
+  int main(void) {                                                             \
+    const sph_test tests[] = {__VA_ARGS__};                                    \
+    return sph_test_main(suite, (int)(sizeof tests / sizeof tests[0]), tests); \
   }
 
 #endif

@@ -45,8 +45,7 @@ static void set_method(setup *s, int kernel_type, sph_interpolator_type type) {
     SPH_TEST_OK(s->context, sph_kernel_create(s->context, (sph_kernel_type)kernel_type, s->dim,
                                               support / ratio, &s->kernel));
   }
-  SPH_TEST_OK(s->context,
-              sph_interpolator_create(s->context, type, s->kernel, &s->interpolator));
+  SPH_TEST_OK(s->context, sph_interpolator_create(s->context, type, s->kernel, &s->interpolator));
 }
 
 static void set_context(setup *s, const sph_allocator *allocator) {
@@ -120,8 +119,8 @@ static void fill_f(setup *s, double (*function)(const double *x, int dim)) {
 }
 
 static void evaluate(setup *s) {
-  SPH_TEST_OK(s->context, sph_interpolator_evaluate(s->interpolator, s->particles, s->points, s->at, 1,
-                                                    field_f, s->values, s->rungs));
+  SPH_TEST_OK(s->context, sph_interpolator_evaluate(s->interpolator, s->particles, s->points, s->at,
+                                                    1, field_f, s->values, s->rungs));
 }
 
 static double constant(const double *x, int dim) {
@@ -182,9 +181,9 @@ static void check_linear(setup *s, sph_interpolator_type type) {
     for (int k = 0; k < s->points; k++)
       SPH_TEST_CLOSE(s->values[k], linear(s->at + k * s->dim, s->dim), 1e-11, 0);
   }
-  SPH_TEST_OK(s->context, sph_interpolator_evaluate_compensated(s->interpolator, s->particles,
-                                                                s->points, s->at, "f", slope,
-                                                                s->values, s->rungs));
+  SPH_TEST_OK(s->context,
+              sph_interpolator_evaluate_compensated(s->interpolator, s->particles, s->points, s->at,
+                                                    "f", slope, s->values, s->rungs));
   for (int k = 0; k < s->points; k++)
     SPH_TEST_CLOSE(s->values[k], linear(s->at + k * s->dim, s->dim), 1e-12, 0);
 }
@@ -334,8 +333,9 @@ static void lattice_near_a_wall_has_known_errors(void) {
   evaluate(&s);
   SPH_TEST_CLOSE(rms_error(&s, 98.1), 0.269, 0, 5e-4);
   const double hydrostatic[2] = {0, -9810};
-  SPH_TEST_OK(s.context, sph_interpolator_evaluate_compensated(s.interpolator, s.particles, s.points,
-                                                               s.at, "f", hydrostatic, s.values, NULL));
+  SPH_TEST_OK(s.context,
+              sph_interpolator_evaluate_compensated(s.interpolator, s.particles, s.points, s.at,
+                                                    "f", hydrostatic, s.values, NULL));
   SPH_TEST_CLOSE(rms_error(&s, 98.1), 1.6e-4, 0, 5e-6);
   set_method(&s, SPH_KERNEL_GAUSSIAN, SPH_INTERPOLATOR_MLS_LINEAR);
   evaluate(&s);
@@ -403,8 +403,9 @@ static void check_ladder(int dim, sph_index n, void (*place)(double *x, int dim,
   for (int k = 0; k < sph_interpolator_count(); k++) {
     const sph_interpolator_type type = sph_interpolator_at(k);
     set_method(&s, SPH_KERNEL_GAUSSIAN, type);
-    SPH_TEST_OK(s.context, sph_interpolator_evaluate_compensated(s.interpolator, s.particles, s.points,
-                                                                 s.at, "f", slope, s.values, s.rungs));
+    SPH_TEST_OK(s.context,
+                sph_interpolator_evaluate_compensated(s.interpolator, s.particles, s.points, s.at,
+                                                      "f", slope, s.values, s.rungs));
     for (int p = 0; p < s.points; p++) {
       const double *at = s.at + p * dim;
       const int rung = s.rungs[p];
@@ -543,8 +544,8 @@ static void fields_together_are_fields_alone(void) {
                                                      names, together, NULL));
     for (int f = 0, first = 0; f < 5; f++) {
       const int components = f == 0 || f == 3 ? 2 : 1;
-      SPH_TEST_OK(s.context, sph_interpolator_evaluate(s.interpolator, s.particles, s.points, s.at, 1,
-                                                       names + f, s.values, s.rungs));
+      SPH_TEST_OK(s.context, sph_interpolator_evaluate(s.interpolator, s.particles, s.points, s.at,
+                                                       1, names + f, s.values, s.rungs));
       for (int p = 0; p < s.points; p++)
         CU_ASSERT(memcmp(together + p * COMPONENTS + first, s.values + p * components,
                          (size_t)components * sizeof(double)) == 0);
@@ -587,13 +588,15 @@ static void kernels_far_wider_or_narrower_than_the_spacing_work(void) {
     fill_f(&s, linear);
     scatter_points(&s, 12, 0.012);
     sph_interpolator_destroy(&s.interpolator);
-    SPH_TEST_OK(s.context, sph_kernel_create(s.context, SPH_KERNEL_WENDLAND_C2, dim, 0.25, &s.kernel));
+    SPH_TEST_OK(s.context,
+                sph_kernel_create(s.context, SPH_KERNEL_WENDLAND_C2, dim, 0.25, &s.kernel));
     SPH_TEST_OK(s.context, sph_interpolator_create(s.context, SPH_INTERPOLATOR_IMPROVED_SHEPARD,
                                                    s.kernel, &s.interpolator));
     evaluate(&s); /* support 500 spacings */
     for (int p = 0; p < s.points; p++)
       SPH_TEST_CLOSE(s.values[p],
-                     plain_sum(&s, SPH_INTERPOLATOR_IMPROVED_SHEPARD, paper, s.at + p * dim), 1e-12, 0);
+                     plain_sum(&s, SPH_INTERPOLATOR_IMPROVED_SHEPARD, paper, s.at + p * dim), 1e-12,
+                     0);
     close_setup(&s);
   }
   /* Support 1/128 with particles twice the range of fixed point, 256 supports, apart. */
@@ -602,7 +605,8 @@ static void kernels_far_wider_or_narrower_than_the_spacing_work(void) {
   set_particles(&s, 2, 10, 5, (const double[]){0, 0, 2, 0, 4, 0, 0, 2, 0, 4});
   for (int i = 0; i < 5; i++) s.f[i] = i + 1;
   SPH_TEST_OK(s.context, sph_particles_write(s.particles, "f", s.f, 5));
-  SPH_TEST_OK(s.context, sph_kernel_create(s.context, SPH_KERNEL_WENDLAND_C2, 2, 0x1p-8, &s.kernel));
+  SPH_TEST_OK(s.context,
+              sph_kernel_create(s.context, SPH_KERNEL_WENDLAND_C2, 2, 0x1p-8, &s.kernel));
   SPH_TEST_OK(s.context, sph_interpolator_create(s.context, SPH_INTERPOLATOR_NORMALIZED, s.kernel,
                                                  &s.interpolator));
   s.points = 5;
@@ -619,8 +623,8 @@ static void names_find_kinds(void) {
   for (int k = 0; k < sph_interpolator_count(); k++) {
     sph_interpolator_type type = (sph_interpolator_type)0;
     CU_ASSERT_EQUAL((int)sph_interpolator_at(k), k + 1);
-    SPH_TEST_OK(context,
-                sph_interpolator_find(context, sph_interpolator_name(sph_interpolator_at(k)), &type));
+    SPH_TEST_OK(context, sph_interpolator_find(
+                             context, sph_interpolator_name(sph_interpolator_at(k)), &type));
     CU_ASSERT_EQUAL(type, sph_interpolator_at(k));
     CU_ASSERT_STRING_NOT_EQUAL(sph_interpolator_summary(type), "unknown");
     CU_ASSERT_STRING_NOT_EQUAL(sph_interpolator_source(type), "unknown");
@@ -641,7 +645,8 @@ static void names_find_kinds(void) {
   SPH_TEST_STATUS(context, sph_interpolator_find(context, "?", &type), SPH_E_NAME,
                   "unknown interpolator \"?\"");
   SPH_TEST_STATUS(context, sph_interpolator_find(context, NULL, &type), SPH_E_ARGUMENT, "NULL");
-  SPH_TEST_STATUS(context, sph_interpolator_find(context, "normalized", NULL), SPH_E_ARGUMENT, "NULL");
+  SPH_TEST_STATUS(context, sph_interpolator_find(context, "normalized", NULL), SPH_E_ARGUMENT,
+                  "NULL");
   CU_ASSERT_EQUAL(sph_interpolator_find(NULL, "normalized", &type), SPH_E_ARGUMENT);
   CU_ASSERT_EQUAL((int)type, 9);
   sph_context_destroy(&context);
@@ -656,8 +661,10 @@ static void creation_checks_its_arguments(void) {
   SPH_TEST_OK(context, sph_kernel_create(context, SPH_KERNEL_GAUSSIAN, 1, 1, &line));
   sph_interpolator *i = (sph_interpolator *)context;
   const sph_interpolator_type mls = SPH_INTERPOLATOR_MLS_LINEAR;
-  SPH_TEST_STATUS(context, sph_interpolator_create(context, mls, kernel, NULL), SPH_E_ARGUMENT, "out");
-  SPH_TEST_STATUS(context, sph_interpolator_create(context, mls, NULL, &i), SPH_E_ARGUMENT, "kernel");
+  SPH_TEST_STATUS(context, sph_interpolator_create(context, mls, kernel, NULL), SPH_E_ARGUMENT,
+                  "out");
+  SPH_TEST_STATUS(context, sph_interpolator_create(context, mls, NULL, &i), SPH_E_ARGUMENT,
+                  "kernel");
   CU_ASSERT_PTR_NULL(i);
   CU_ASSERT_EQUAL(sph_interpolator_create(NULL, mls, kernel, &i), SPH_E_ARGUMENT);
   SPH_TEST_STATUS(context, sph_interpolator_create(context, (sph_interpolator_type)4, kernel, &i),
@@ -669,10 +676,10 @@ static void creation_checks_its_arguments(void) {
   SPH_TEST_OK(context, sph_interpolator_create(context, mls, kernel, &i));
   CU_ASSERT_EQUAL(sph_interpolator_get_type(i), mls);
   CU_ASSERT_EQUAL(sph_interpolator_get_type(NULL), 0);
-  const double bad[][3] = {{0.9, 1, 2},  {17, 1, 2},  {NAN, 1, 2}, {4, 0.01, 2}, {4, 1e7, 2},
+  const double bad[][3] = {{0.9, 1, 2}, {17, 1, 2},  {NAN, 1, 2}, {4, 0.01, 2}, {4, 1e7, 2},
                            {4, NAN, 2}, {4, 1, 0.1}, {4, 1, 20},  {4, 1, NAN}};
-  const char *const texts[] = {"mu", "mu", "mu", "scale", "scale", "scale", "lambda", "lambda",
-                               "lambda"};
+  const char *const texts[] = {"mu",    "mu",     "mu",     "scale", "scale",
+                               "scale", "lambda", "lambda", "lambda"};
   for (int k = 0; k < 9; k++)
     SPH_TEST_STATUS(context, sph_interpolator_set_shepard(i, bad[k][0], bad[k][1], bad[k][2]),
                     SPH_E_ARGUMENT, texts[k]);
@@ -699,11 +706,13 @@ static void evaluation_checks_its_arguments(void) {
   set_method(&s, SPH_KERNEL_GAUSSIAN, SPH_INTERPOLATOR_NORMALIZED);
   const sph_interpolator *i = s.interpolator;
   for (int k = 0; k < 5; k++) s.values[k] = -7, s.rungs[k] = -7;
-  const char *const unknown[] = {"pressur"}, *const null[] = {NULL}, *const velocity[] = {"f", "velocity"};
+  const char *const unknown[] = {"pressur"}, *const null[] = {NULL},
+                    *const velocity[] = {"f", "velocity"};
 #define FAILS(code, text, ...) \
   SPH_TEST_STATUS(s.context, sph_interpolator_evaluate(__VA_ARGS__), code, text)
-  CU_ASSERT_EQUAL(sph_interpolator_evaluate(NULL, s.particles, 5, s.at, 1, field_f, s.values, s.rungs),
-                  SPH_E_ARGUMENT);
+  CU_ASSERT_EQUAL(
+      sph_interpolator_evaluate(NULL, s.particles, 5, s.at, 1, field_f, s.values, s.rungs),
+      SPH_E_ARGUMENT);
   FAILS(SPH_E_ARGUMENT, "source", i, NULL, 5, s.at, 1, field_f, s.values, s.rungs);
   FAILS(SPH_E_ARGUMENT, "points must be", i, s.particles, -1, s.at, 1, field_f, s.values, s.rungs);
   FAILS(SPH_E_ARGUMENT, "points must be", i, s.particles, INT64_MAX, s.at, 1, field_f, s.values,
@@ -721,18 +730,21 @@ static void evaluation_checks_its_arguments(void) {
         s.rungs);
   s.at[7] = 0.01;
   const double slopes[] = {0, INFINITY};
-#define FAILS_COMPENSATED(text, ...) \
-  SPH_TEST_STATUS(s.context, sph_interpolator_evaluate_compensated(__VA_ARGS__), SPH_E_ARGUMENT, text)
-  CU_ASSERT_EQUAL(sph_interpolator_evaluate_compensated(NULL, s.particles, 5, s.at, "f", slope, s.values,
-                                                        s.rungs),
+#define FAILS_COMPENSATED(text, ...)                                                             \
+  SPH_TEST_STATUS(s.context, sph_interpolator_evaluate_compensated(__VA_ARGS__), SPH_E_ARGUMENT, \
+                  text)
+  CU_ASSERT_EQUAL(sph_interpolator_evaluate_compensated(NULL, s.particles, 5, s.at, "f", slope,
+                                                        s.values, s.rungs),
                   SPH_E_ARGUMENT);
   FAILS_COMPENSATED("name and gradient", i, s.particles, 5, s.at, NULL, slope, s.values, s.rungs);
   FAILS_COMPENSATED("name and gradient", i, s.particles, 5, s.at, "f", NULL, s.values, s.rungs);
-  FAILS_COMPENSATED("gradient must be finite", i, s.particles, 5, s.at, "f", slopes, s.values, s.rungs);
+  FAILS_COMPENSATED("gradient must be finite", i, s.particles, 5, s.at, "f", slopes, s.values,
+                    s.rungs);
   FAILS_COMPENSATED("\"velocity\" has 2 components", i, s.particles, 5, s.at, "velocity", slope,
                     s.values, s.rungs);
   for (int k = 0; k < 5; k++) CU_ASSERT(s.values[k] == -7 && s.rungs[k] == -7);
-  SPH_TEST_OK(s.context, sph_interpolator_evaluate(i, s.particles, 0, NULL, 2, velocity, NULL, NULL));
+  SPH_TEST_OK(s.context,
+              sph_interpolator_evaluate(i, s.particles, 0, NULL, 2, velocity, NULL, NULL));
   close_setup(&s);
 }
 
@@ -807,8 +819,8 @@ static void running_out_of_memory_leaves_nothing_behind(void) {
     for (int k = 0; k < 5; k++) s.values[k] = -7, s.rungs[k] = -7;
     c.calls = 0;
     c.fail_at = failures;
-    status = sph_interpolator_evaluate(s.interpolator, s.particles, s.points, s.at, 1, field_f, s.values,
-                                       s.rungs);
+    status = sph_interpolator_evaluate(s.interpolator, s.particles, s.points, s.at, 1, field_f,
+                                       s.values, s.rungs);
     CU_ASSERT_EQUAL(c.alive, alive);
     if (status == SPH_OK) break;
     CU_ASSERT_EQUAL(status, SPH_E_MEMORY);
@@ -819,30 +831,33 @@ static void running_out_of_memory_leaves_nothing_behind(void) {
   CU_ASSERT_EQUAL(c.alive, 0);
 }
 
-SPH_TEST_MAIN(
-    "interpolator", {"names find kinds and suggest", names_find_kinds},
-    {"creation and settings check their arguments", creation_checks_its_arguments},
-    {"constants are exact for every kernel and interpolator", constants_are_exact},
-    {"linear fields are exact for MLS, and for all with compensation", linear_fields_are_exact},
-    {"plain sums over all particles agree", plain_sums_agree},
-    {"rms error of a wave has order 2 for MLS and 1 for the others",
-     convergence_has_the_claimed_order},
-    {"errors on a lattice near a wall are the published ones", lattice_near_a_wall_has_known_errors},
-    {"Shepard and normalized stay within the range of their neighbours",
-     shepard_stays_within_the_range_of_its_neighbours},
-    {"Shepard returns the value of a coincident particle",
-     shepard_returns_the_value_of_a_coincident_particle},
-    {"every number of neighbours gives a value and a rung",
-     every_number_of_neighbours_gives_a_value_and_a_rung},
-    {"degenerate neighbours give a value and a rung", degenerate_neighbours_give_a_value_and_a_rung},
-    {"rungs go down with the distance from the particles",
-     rungs_go_down_with_the_distance_from_the_particles},
-    {"instruction sets agree to rounding", instruction_sets_agree},
-    {"threads give the same bits", threads_give_the_same_bits},
-    {"fields together are the same bits as alone", fields_together_are_fields_alone},
-    {"units of length do not matter", units_of_length_do_not_matter},
-    {"kernels far wider or narrower than the spacing work",
-     kernels_far_wider_or_narrower_than_the_spacing_work},
-    {"evaluation checks its arguments", evaluation_checks_its_arguments},
-    {"evaluation checks the particles", evaluation_checks_the_particles},
-    {"running out of memory leaves nothing behind", running_out_of_memory_leaves_nothing_behind})
+SPH_TEST_MAIN("interpolator", {"names find kinds and suggest", names_find_kinds},
+              {"creation and settings check their arguments", creation_checks_its_arguments},
+              {"constants are exact for every kernel and interpolator", constants_are_exact},
+              {"linear fields are exact for MLS, and for all with compensation",
+               linear_fields_are_exact},
+              {"plain sums over all particles agree", plain_sums_agree},
+              {"rms error of a wave has order 2 for MLS and 1 for the others",
+               convergence_has_the_claimed_order},
+              {"errors on a lattice near a wall are the published ones",
+               lattice_near_a_wall_has_known_errors},
+              {"Shepard and normalized stay within the range of their neighbours",
+               shepard_stays_within_the_range_of_its_neighbours},
+              {"Shepard returns the value of a coincident particle",
+               shepard_returns_the_value_of_a_coincident_particle},
+              {"every number of neighbours gives a value and a rung",
+               every_number_of_neighbours_gives_a_value_and_a_rung},
+              {"degenerate neighbours give a value and a rung",
+               degenerate_neighbours_give_a_value_and_a_rung},
+              {"rungs go down with the distance from the particles",
+               rungs_go_down_with_the_distance_from_the_particles},
+              {"instruction sets agree to rounding", instruction_sets_agree},
+              {"threads give the same bits", threads_give_the_same_bits},
+              {"fields together are the same bits as alone", fields_together_are_fields_alone},
+              {"units of length do not matter", units_of_length_do_not_matter},
+              {"kernels far wider or narrower than the spacing work",
+               kernels_far_wider_or_narrower_than_the_spacing_work},
+              {"evaluation checks its arguments", evaluation_checks_its_arguments},
+              {"evaluation checks the particles", evaluation_checks_the_particles},
+              {"running out of memory leaves nothing behind",
+               running_out_of_memory_leaves_nothing_behind})

@@ -33,8 +33,7 @@ static void set_up(setup *s, int dim) {
   SPH_TEST_OK(s->context, sph_particles_lease_write(s->particles, SPH_POSITION, &x));
   SPH_TEST_OK(s->context, sph_particles_lease_write(s->particles, SPH_PRESSURE, &p));
   for (int64_t k = 0; k < n * dim; k++) x[k] += 0.4 * dx * (sph_test_random(&seed) - 0.5);
-  for (int64_t k = 0; k < n; k++)
-    p[k] = 3000 - 9810 * x[k * dim + 1] + 300 * sin(30 * x[k * dim]);
+  for (int64_t k = 0; k < n; k++) p[k] = 3000 - 9810 * x[k * dim + 1] + 300 * sin(30 * x[k * dim]);
   SPH_TEST_OK(s->context, sph_particles_release(s->particles, x));
   SPH_TEST_OK(s->context, sph_particles_release(s->particles, p));
   for (int k = 0; k < POINTS * dim; k++)
@@ -71,8 +70,8 @@ static void variants_agree_with_the_scalar_reference(void) {
     for (int k = 0; k < 2 * sph_interpolator_count(); k++) {
       const bool compensated = k % 2;
       sph_interpolator_destroy(&s.interpolator);
-      SPH_TEST_OK(s.context, sph_interpolator_create(s.context, sph_interpolator_at(k / 2), s.kernel,
-                                                     &s.interpolator));
+      SPH_TEST_OK(s.context, sph_interpolator_create(s.context, sph_interpolator_at(k / 2),
+                                                     s.kernel, &s.interpolator));
       evaluate(&s, sphi_variant_reference(), compensated, s.reference, s.reference_rungs);
       for (int isa = SPH_ISA_BASELINE; isa <= SPH_ISA_AVX512; isa++) {
         if (sph_context_set_isa(s.context, (sph_isa)isa) != SPH_OK) continue;
@@ -122,12 +121,17 @@ static void moments_and_allocations_are_as_promised(void) {
   sphi_gather gather = {0};
   sphi_frame_set(&frame, 2, origin, support, NULL, NULL, NULL);
   SPH_TEST_OK(s.context, sphi_columns_build(s.context, &columns, &frame,
-                                            sphi_column_width(2, variant->lanes, dx), s.particles->n,
-                                            x, s.particles->rank, "test"));
+                                            sphi_column_width(2, variant->lanes, dx),
+                                            s.particles->n, x, s.particles->rank, "test"));
   const int64_t room = (int64_t)s.particles->n + SPHI_PAD;
   float *record = calloc((size_t)(room * SPHI_RECORD(2)), sizeof *record);
-  sphi_pack pack = {.frame = &frame, .n = s.particles->n, .stride = SPHI_RECORD(2),
-                    .order = columns.order, .x = {x[0], x[1]}, .columns = 2, .record = record};
+  sphi_pack pack = {.frame = &frame,
+                    .n = s.particles->n,
+                    .stride = SPHI_RECORD(2),
+                    .order = columns.order,
+                    .x = {x[0], x[1]},
+                    .columns = 2,
+                    .record = record};
   pack.value[0] = s.particles->field[SPHI_VOL].data[0];
   pack.value[1] = s.particles->field[SPHI_P].data[0];
   sphi_pack_run(s.context, variant, &pack);

@@ -12,15 +12,16 @@ SPH_BEGIN_DECLS
 
 /** How the ghosts got their values at the last evaluation. */
 typedef struct sph_boundary_counts {
-  int64_t ghosts;     /**< all of them */
-  int64_t active;     /**< those that act on the fluid: sum of the rungs below */
-  int64_t inactive;   /**< no fluid near the mirror point: the ghost takes no part */
-  int64_t thin;       /**< of the active: kernel sum below the threshold, zero pressure and the wall's velocity */
+  int64_t ghosts;   /**< all of them */
+  int64_t active;   /**< those that act on the fluid: sum of the rungs below */
+  int64_t inactive; /**< no fluid near the mirror point: the ghost takes no part */
+  int64_t
+      thin; /**< of the active: kernel sum below the threshold, zero pressure and the wall's velocity */
   int64_t shepard;    /**< of the active: improved Shepard, as chosen or as fall-back */
   int64_t normalized; /**< of the active: normalized kernel sum */
   int64_t linear;     /**< of the active: moving least squares, linear */
   int64_t fallback;   /**< of the active: a lower rung than the interpolator that was chosen */
-  int64_t skipped;    /**< places without a ghost: their mirror point lies outside the fluid's side */
+  int64_t skipped; /**< places without a ghost: their mirror point lies outside the fluid's side */
 } sph_boundary_counts;
 
 /** What sph_boundary_read gives of every ghost. */
@@ -56,8 +57,7 @@ typedef enum sph_ghost_value {
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_boundary_create(sph_context *context, sph_wall *wall,
-                                                     double spacing,
-                                                     sph_interpolator *interpolator,
+                                                     double spacing, sph_interpolator *interpolator,
                                                      sph_boundary **out);
 
 /** Release the caller's reference and set *boundary to NULL. NULL is allowed.

@@ -20,7 +20,11 @@ typedef struct sph_allocator {
 } sph_allocator;
 
 /** How important a log message is. */
-typedef enum sph_log_level { SPH_LOG_INFO = 0, SPH_LOG_WARNING = 1, SPH_LOG_ERROR = 2 } sph_log_level;
+typedef enum sph_log_level {
+  SPH_LOG_INFO = 0,
+  SPH_LOG_WARNING = 1,
+  SPH_LOG_ERROR = 2
+} sph_log_level;
 
 /** Receives one line without a newline. */
 typedef void (*sph_log_function)(sph_log_level level, const char *message, void *user);
@@ -35,8 +39,9 @@ typedef enum sph_isa {
 
 /** Arithmetic of the pair loops. Positions, velocities and densities always integrate in double. */
 typedef enum sph_precision {
-  SPH_PRECISION_SINGLE = 0, /**< pair sums in float, on exact differences of positions: the default */
-  SPH_PRECISION_DOUBLE = 1  /**< pair sums in double */
+  SPH_PRECISION_SINGLE =
+      0, /**< pair sums in float, on exact differences of positions: the default */
+  SPH_PRECISION_DOUBLE = 1 /**< pair sums in double */
 } sph_precision;
 
 /** Create a context with the system's allocator, one thread and no log.
@@ -56,7 +61,7 @@ SPH_API SPH_NODISCARD sph_status sph_context_create(sph_context **out);
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_context_create_with_allocator(const sph_allocator *allocator,
-                                                                  sph_context **out);
+                                                                   sph_context **out);
 
 /** Release the caller's reference and set *context to NULL. NULL is allowed.
  *

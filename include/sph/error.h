@@ -10,18 +10,18 @@
  * Positive: the call changed nothing; correct the argument and try again.
  * Negative: the object the call worked on can only be read and destroyed.
  */
-#define SPH_STATUS_LIST(X)                                                                 \
-  X(SPH_OK, 0, "success")                                                                  \
-  X(SPH_E_ARGUMENT, 1, "an argument is NULL, not finite, out of range or inconsistent")    \
-  X(SPH_E_STALE, 2, "the particles changed since this object was built")                   \
-  X(SPH_E_UNSUPPORTED, 3, "this combination is not implemented")                           \
-  X(SPH_E_UNAVAILABLE, 4, "the library was built without this feature")                    \
-  X(SPH_E_NOT_CONVERGED, 5, "an iteration reached its limit")                              \
-  X(SPH_E_TYPE, 6, "the object is of another type than this call works on")                \
-  X(SPH_E_NAME, 7, "no object, field or option has this name")                             \
-  X(SPH_E_IO, 8, "a file could not be written or read")                                    \
-  X(SPH_E_MEMORY, -1, "out of memory")                                                     \
-  X(SPH_E_DIVERGED, -2, "the solution is not finite, or a particle left its domain")       \
+#define SPH_STATUS_LIST(X)                                                              \
+  X(SPH_OK, 0, "success")                                                               \
+  X(SPH_E_ARGUMENT, 1, "an argument is NULL, not finite, out of range or inconsistent") \
+  X(SPH_E_STALE, 2, "the particles changed since this object was built")                \
+  X(SPH_E_UNSUPPORTED, 3, "this combination is not implemented")                        \
+  X(SPH_E_UNAVAILABLE, 4, "the library was built without this feature")                 \
+  X(SPH_E_NOT_CONVERGED, 5, "an iteration reached its limit")                           \
+  X(SPH_E_TYPE, 6, "the object is of another type than this call works on")             \
+  X(SPH_E_NAME, 7, "no object, field or option has this name")                          \
+  X(SPH_E_IO, 8, "a file could not be written or read")                                 \
+  X(SPH_E_MEMORY, -1, "out of memory")                                                  \
+  X(SPH_E_DIVERGED, -2, "the solution is not finite, or a particle left its domain")    \
   X(SPH_E_INTERNAL, -3, "an invariant of the library does not hold")
 
 SPH_BEGIN_DECLS

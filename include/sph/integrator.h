@@ -10,9 +10,10 @@ SPH_BEGIN_DECLS
 
 /** Time stepping schemes. */
 typedef enum sph_stepper {
-  SPH_STEPPER_SYMPLECTIC = 1, /**< "symplectic": symplectic Euler, one evaluation a step, first order */
-  SPH_STEPPER_VERLET = 2,     /**< "verlet": kick-drift-kick, one evaluation a step, second order */
-  SPH_STEPPER_RK4 = 3         /**< "rk4": Runge-Kutta with frozen diffusion, four evaluations a step */
+  SPH_STEPPER_SYMPLECTIC =
+      1,                  /**< "symplectic": symplectic Euler, one evaluation a step, first order */
+  SPH_STEPPER_VERLET = 2, /**< "verlet": kick-drift-kick, one evaluation a step, second order */
+  SPH_STEPPER_RK4 = 3     /**< "rk4": Runge-Kutta with frozen diffusion, four evaluations a step */
 } sph_stepper;
 
 /** What limited the last time step. */
@@ -27,21 +28,21 @@ typedef enum sph_limiter {
 /** Where the time goes, and what the last step was like. Sums since the integrator was created. */
 typedef struct sph_integrator_stats {
   int64_t steps;
-  double time;                /**< s */
-  double dt;                  /**< last step [s] */
-  sph_limiter limiter;        /**< of the last step */
-  int64_t evaluations;        /**< force evaluations */
-  int64_t builds;             /**< neighbour lists built */
-  int64_t list_entries;       /**< of the fluid's lists now: candidates, a cluster of targets each */
-  int64_t contacts;            /**< times a particle that touched a wall was stopped from entering it */
-  double max_speed;           /**< m/s, at the end of the last step */
-  double max_acceleration;    /**< m/s^2 */
-  double seconds_search;      /**< sorting and lists */
-  double seconds_pack;        /**< equation of state and records */
-  double seconds_boundary;    /**< ghosts: interpolation and assignment */
-  double seconds_pairs;       /**< sums over pairs */
-  double seconds_update;      /**< new positions, velocities, densities; checks */
-  double seconds_observers;   /**< probes that sample every step */
+  double time;             /**< s */
+  double dt;               /**< last step [s] */
+  sph_limiter limiter;     /**< of the last step */
+  int64_t evaluations;     /**< force evaluations */
+  int64_t builds;          /**< neighbour lists built */
+  int64_t list_entries;    /**< of the fluid's lists now: candidates, a cluster of targets each */
+  int64_t contacts;        /**< times a particle that touched a wall was stopped from entering it */
+  double max_speed;        /**< m/s, at the end of the last step */
+  double max_acceleration; /**< m/s^2 */
+  double seconds_search;   /**< sorting and lists */
+  double seconds_pack;     /**< equation of state and records */
+  double seconds_boundary; /**< ghosts: interpolation and assignment */
+  double seconds_pairs;    /**< sums over pairs */
+  double seconds_update;   /**< new positions, velocities, densities; checks */
+  double seconds_observers; /**< probes that sample every step */
 } sph_integrator_stats;
 
 /** Release the caller's reference and set *integrator to NULL. NULL is allowed.

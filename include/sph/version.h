@@ -11,7 +11,7 @@
 #define SPH_VERSION_PATCH 0
 
 /** True when the headers are at least version a.b.c. */
-#define SPH_VERSION_GE(a, b, c)                                                       \
+#define SPH_VERSION_GE(a, b, c)                                                        \
   (SPH_VERSION_MAJOR > (a) || (SPH_VERSION_MAJOR == (a) && SPH_VERSION_MINOR > (b)) || \
    (SPH_VERSION_MAJOR == (a) && SPH_VERSION_MINOR == (b) && SPH_VERSION_PATCH >= (c)))
 

@@ -15,7 +15,7 @@ SPH_BEGIN_DECLS
 typedef enum sph_diffusion {
   SPH_DIFFUSION_NONE = 0,    /**< "none" */
   SPH_DIFFUSION_MOLTENI = 1, /**< "molteni": Molteni and Colagrossi (2009), without gradients */
-  SPH_DIFFUSION_DELTA = 2    /**< "delta": with renormalised gradients, Huang et al. (2019) eq. (5) */
+  SPH_DIFFUSION_DELTA = 2 /**< "delta": with renormalised gradients, Huang et al. (2019) eq. (5) */
 } sph_diffusion;
 
 /** Pressure from density. */
@@ -41,6 +41,11 @@ typedef struct sph_energy {
  *                 + (alpha h c0 + 2 (dim + 2) nu) (rho0/rho_i) sum_j pi_ij grad_i W_ij V_j
  *     psi_ij = 2 (rho_j - rho_i) x_ji / |x_ji|^2 - (<grad rho>_i + <grad rho>_j)
  *     pi_ij  = (u_j - u_i) . x_ji / |x_ji|^2,   V_j = m_j / rho_j
+ *
+ * Two guards act after every step. Drops and threads, particles whose moment matrix
+ * sum_j V_j x_ji (x) grad_i W_ij has an eigenvalue below 0.2, are not left in tension: a density below
+ * rho0 becomes rho0. Particles within a quarter of a spacing of a wall, or about to pass it, lose the
+ * speed with which they run into it; sph_integrator_stats counts these contacts.
  *
  * Defaults: delta 0.1, alpha 0.02, nu 0, rho0 1000 kg/m^3, linear equation of state, gravity 9.81
  * m/s^2 along minus the last axis, rk4 steps. The sound speed has no default.
@@ -203,8 +208,8 @@ SPH_API SPH_NODISCARD sph_status sph_wcsph_density_of_pressure(const sph_integra
  * Errors     as sph_wcsph_density_of_pressure
  * Since      0.1
  */
-SPH_API SPH_NODISCARD sph_status sph_wcsph_start_from_pressure(sph_integrator *integrator, int64_t n,
-                                                               const double *pressure);
+SPH_API SPH_NODISCARD sph_status sph_wcsph_start_from_pressure(sph_integrator *integrator,
+                                                               int64_t n, const double *pressure);
 
 /** Energies now.
  *

@@ -51,14 +51,14 @@ static sph_status append_wall(sph_boundary *boundary, sph_wall *wall) {
             "boundary: at most %d walls, wall \"%s\" is one more", SPHI_MAX_WALLS,
             sphi_wall_name(wall));
   const int64_t before = boundary->points.n, skipped = boundary->points.skipped;
-  sph_status status = sphi_wall_make_ghosts(wall, boundary->spacing,
-                                            boundary->interpolator->kernel->support, &boundary->points);
+  sph_status status = sphi_wall_make_ghosts(
+      wall, boundary->spacing, boundary->interpolator->kernel->support, &boundary->points);
   if (status == SPH_OK && boundary->points.n > INT32_MAX - 1024)
     status = SPHI_ERROR(context, SPH_E_ARGUMENT, "boundary: %lld ghosts are more than fit",
                         (long long)boundary->points.n);
-  if (status == SPH_OK && !sphi_reserve(context, (void **)&boundary->wall_of,
-                                        &boundary->wall_of_capacity, boundary->points.n,
-                                        sizeof *boundary->wall_of))
+  if (status == SPH_OK &&
+      !sphi_reserve(context, (void **)&boundary->wall_of, &boundary->wall_of_capacity,
+                    boundary->points.n, sizeof *boundary->wall_of))
     status = SPHI_ERROR(context, SPH_E_MEMORY, "boundary: no memory for %lld ghosts",
                         (long long)boundary->points.n);
   if (status != SPH_OK) {
@@ -79,7 +79,9 @@ sph_status sph_boundary_create(sph_context *context, sph_wall *wall, double spac
   if (out) *out = NULL;
   if (!context) return SPH_E_ARGUMENT;
   SPH_CHECK(context, wall && interpolator && out, SPH_E_ARGUMENT, "boundary: %s is NULL",
-            !wall ? "wall" : !interpolator ? "interpolator" : "out");
+            !wall           ? "wall"
+            : !interpolator ? "interpolator"
+                            : "out");
   SPH_CHECK(context, interpolator->context == context, SPH_E_ARGUMENT,
             "boundary: the interpolator is of another context");
   SPH_CHECK(context, isfinite(spacing) && spacing > 0, SPH_E_ARGUMENT,
@@ -107,9 +109,10 @@ sph_status sph_boundary_create(sph_context *context, sph_wall *wall, double spac
 sph_status sph_boundary_add_wall(sph_boundary *boundary, sph_wall *wall) {
   if (!boundary) return SPH_E_ARGUMENT;
   SPH_CHECK(boundary->context, wall, SPH_E_ARGUMENT, "boundary: wall is NULL");
-  SPH_CHECK(boundary->context, !boundary->in_use, SPH_E_ARGUMENT,
-            "boundary: wall \"%s\" comes too late, an integrator uses the boundary; add walls first",
-            sphi_wall_name(wall));
+  SPH_CHECK(
+      boundary->context, !boundary->in_use, SPH_E_ARGUMENT,
+      "boundary: wall \"%s\" comes too late, an integrator uses the boundary; add walls first",
+      sphi_wall_name(wall));
   return append_wall(boundary, wall);
 }
 
@@ -209,7 +212,23 @@ sph_status sphi_boundary_sort(sph_boundary *boundary, const sphi_frame *frame,
                           boundary->interpolator->kernel->support);
 }
 
-/* Records of all ghosts, or of those in place[0..n-1]. */
+/* Gates into the records: they do not change while a wall moves. */
+static void pack_gates(sph_boundary *boundary, const sphi_variant *variant) {
+  const int dim = boundary->dim, stride = SPHI_GHOST(dim), planes = SPHI_GATES(dim) * (dim + 1);
+  const sphi_ghost_points *points = &boundary->points;
+  for (int64_t k = 0; k < points->n; k++) {
+    const int64_t ghost = boundary->columns.order[k], at = k * stride + SPHI_GHOST_GATES(dim);
+    for (int c = 0; c <= planes; c++) {
+      const double value = c == 0 ? points->gates[ghost] : points->gate[ghost * planes + c - 1];
+      if (variant->is_double)
+        ((double *)boundary->record)[at + c] = value;
+      else
+        ((float *)boundary->record)[at + c] = (float)value;
+    }
+  }
+}
+
+/* Records but for their gates, of all ghosts or of those in place[0..n-1]. */
 static void pack_records(sph_boundary *boundary, const sphi_frame *frame,
                          const sphi_variant *variant, const int32_t *place, int32_t n) {
   const int dim = boundary->dim;
@@ -243,6 +262,7 @@ sph_status sphi_boundary_list(sph_boundary *boundary, const sphi_frame *frame,
       boundary->v[d][k] = boundary->state[boundary->wall_of[k]].velocity[d];
   }
   pack_records(boundary, frame, variant, NULL, n);
+  pack_gates(boundary, variant);
   const sphi_clusters *wet = &boundary->mirrors.wet;
   boundary->wet_count = 0;
   for (int32_t c = 0; c < wet->n; c++)

@@ -31,17 +31,17 @@ struct sph_boundary {
   sphi_wall_state state[SPHI_MAX_WALLS];
   bool no_suction;
   double thin;
-  bool taken;  /* an integrator holds it */
-  bool in_use; /* an integrator has stepped with it: no more walls */
+  bool taken;               /* an integrator holds it */
+  bool in_use;              /* an integrator has stepped with it: no more walls */
   sphi_ghost_points points; /* reference positions, in order of creation */
   int32_t *wall_of;         /* [n] */
   int64_t wall_of_capacity;
-  double *x[SPHI_MAX_DIM];  /* [n] present positions */
+  double *x[SPHI_MAX_DIM]; /* [n] present positions */
   double *v[SPHI_MAX_DIM];
   double *p, *volume, *drag, *wall_pressure;
   uint8_t *rung;
   sph_boundary_counts counts;
-  sphi_gather mirrors; /* mirrors.x: present mirror points */
+  sphi_gather mirrors;  /* mirrors.x: present mirror points */
   sphi_columns columns; /* of the ghosts */
   void *record;         /* of the ghosts, in the order of columns */
   int32_t *place;       /* [n] ghost -> record */

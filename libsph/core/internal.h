@@ -31,22 +31,23 @@ sph_status sphi_error(sph_context *context, sph_status code, const char *file, i
 void sphi_log(sph_context *context, sph_log_level level, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-#define SPHI_ERROR(context, code, ...) sphi_error((context), (code), __FILE__, __LINE__, __VA_ARGS__)
+#define SPHI_ERROR(context, code, ...) \
+  sphi_error((context), (code), __FILE__, __LINE__, __VA_ARGS__)
 /* Leaves the function with an error unless the condition holds. Never compiled out. */
-#define SPH_CHECK(context, condition, code, ...)                                   \
-  do {                                                                             \
-    if (!(condition)) return SPHI_ERROR((context), (code), __VA_ARGS__);           \
+#define SPH_CHECK(context, condition, code, ...)                         \
+  do {                                                                   \
+    if (!(condition)) return SPHI_ERROR((context), (code), __VA_ARGS__); \
   } while (0)
-#define SPH_TRY(call)                       \
-  do {                                      \
-    sph_status sphi_status = (call);        \
+#define SPH_TRY(call)                              \
+  do {                                             \
+    sph_status sphi_status = (call);               \
     if (sphi_status != SPH_OK) return sphi_status; \
   } while (0)
 /* For functions that clean up: sets the local `status` and jumps to `fail`. */
-#define SPH_TRY_GOTO(call)             \
-  do {                                 \
-    status = (call);                   \
-    if (status != SPH_OK) goto fail;   \
+#define SPH_TRY_GOTO(call)           \
+  do {                               \
+    status = (call);                 \
+    if (status != SPH_OK) goto fail; \
   } while (0)
 
 /* Zeroed memory aligned to SPHI_ALIGN, or NULL (also when bytes overflow). bytes 0 gives one block. */
@@ -54,10 +55,12 @@ void *sphi_alloc(sph_context *context, size_t count, size_t size);
 void sphi_free(sph_context *context, void *memory);
 /* Makes *array hold at least `count` elements, doubling *capacity and keeping the old elements;
  * on failure nothing changes and false is returned. */
-bool sphi_reserve(sph_context *context, void **array, int64_t *capacity, int64_t count, size_t size);
+bool sphi_reserve(sph_context *context, void **array, int64_t *capacity, int64_t count,
+                  size_t size);
 char *sphi_copy_text(sph_context *context, const char *text);
 
-#define SPHI_NEW(context, count, type) ((type *)sphi_alloc((context), (size_t)(count), sizeof(type)))
+#define SPHI_NEW(context, count, type) \
+  ((type *)sphi_alloc((context), (size_t)(count), sizeof(type)))
 
 /* The name nearest to `name` by edit distance, or NULL when none is near. */
 const char *sphi_nearest_name(const char *name, int count, const char *const names[]);

@@ -85,8 +85,8 @@ static double stable_dt(const sph_integrator *flow, sph_stepper stepper) {
 sph_status sph_integrator_set_stepper(sph_integrator *integrator, sph_stepper stepper) {
   if (!integrator) return SPH_E_ARGUMENT;
   sph_context *context = integrator->context;
-  SPH_CHECK(context, stepper >= SPH_STEPPER_SYMPLECTIC && stepper <= SPH_STEPPER_RK4, SPH_E_ARGUMENT,
-            "integrator: stepper must be one of sph_stepper, got %d", (int)stepper);
+  SPH_CHECK(context, stepper >= SPH_STEPPER_SYMPLECTIC && stepper <= SPH_STEPPER_RK4,
+            SPH_E_ARGUMENT, "integrator: stepper must be one of sph_stepper, got %d", (int)stepper);
   const double limit = stable_dt(integrator, stepper);
   SPH_CHECK(context, limit == 0 || integrator->fixed_dt <= limit, SPH_E_ARGUMENT,
             "integrator: time step %g s is beyond the stable %g s of this stepper",
@@ -224,7 +224,8 @@ sph_status sphi_integrator_build(sph_integrator *flow, double radius) {
   for (int32_t k = 0; k < n; k++) flow->columns.order[k] = k;
   SPH_TRY(sphi_clusters_build(context, &flow->clusters, &flow->columns, &flow->frame, x,
                               flow->variant->lanes, flow->kernel->support));
-  SPH_TRY(sphi_list_build(context, &flow->list, &flow->frame, &flow->clusters, &flow->columns, radius));
+  SPH_TRY(
+      sphi_list_build(context, &flow->list, &flow->frame, &flow->clusters, &flow->columns, radius));
   flow->list_radius = radius;
   flow->revision = particles->revision;
   flow->stats.builds++;
@@ -239,9 +240,11 @@ sph_status sphi_integrator_gather(sph_integrator *flow, sphi_gather *gather,
   if (*build != flow->stats.builds) {
     SPH_TRY(sphi_gather_sort(flow->context, gather, &flow->frame, flow->variant,
                              flow->particles->spacing, flow->kernel->support));
-    SPH_TRY(sphi_gather_list(flow->context, gather, &flow->frame, &flow->columns, flow->list_radius));
+    SPH_TRY(
+        sphi_gather_list(flow->context, gather, &flow->frame, &flow->columns, flow->list_radius));
     *build = flow->stats.builds;
   }
-  sphi_gather_evaluate(flow->context, gather, &flow->frame, interpolator, flow->variant, flow->record);
+  sphi_gather_evaluate(flow->context, gather, &flow->frame, interpolator, flow->variant,
+                       flow->record);
   return SPH_OK;
 }

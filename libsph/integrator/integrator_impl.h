@@ -61,13 +61,13 @@ struct sph_integrator {
   sph_kernel *kernel;
   const sphi_variant *variant;
   sphi_frame frame;
-  sphi_columns columns;   /* of the particles, which are stored in its order */
+  sphi_columns columns; /* of the particles, which are stored in its order */
   sphi_clusters clusters;
   sphi_list list;
-  void *record;           /* fluid records, SPHI_RECORD(dim) reals each */
+  void *record; /* fluid records, SPHI_RECORD(dim) reals each */
   int64_t record_capacity;
-  double list_radius;     /* support + skin */
-  int64_t revision;       /* of the particles when the lists were built; -1: never */
+  double list_radius; /* support + skin */
+  int64_t revision;   /* of the particles when the lists were built; -1: never */
 };
 
 void sphi_integrator_retain(sph_integrator *flow);

@@ -33,10 +33,11 @@ static sph_status check(const sph_interpolator *interpolator, const sphi_evaluat
             "interpolator \"%s\": particles \"%s\" are of another context; create both from one",
             name, source->name);
   const int dim = source->dim;
-  SPH_CHECK(context, interpolator->kernel->dim == dim, SPH_E_ARGUMENT,
-            "interpolator \"%s\": its kernel is %dD, particles \"%s\" are %dD; create the kernel with "
-            "dim = %d",
-            name, interpolator->kernel->dim, source->name, dim, dim);
+  SPH_CHECK(
+      context, interpolator->kernel->dim == dim, SPH_E_ARGUMENT,
+      "interpolator \"%s\": its kernel is %dD, particles \"%s\" are %dD; create the kernel with "
+      "dim = %d",
+      name, interpolator->kernel->dim, source->name, dim, dim);
   SPH_CHECK(context, source->n > 0, SPH_E_ARGUMENT,
             "interpolator \"%s\": particles \"%s\" are empty; fill them first", name, source->name);
   SPH_CHECK(context, e->points >= 0 && e->points <= SPHI_MAX_PARTICLES, SPH_E_ARGUMENT,
@@ -51,16 +52,18 @@ static sph_status check(const sph_interpolator *interpolator, const sphi_evaluat
             "interpolator \"%s\": gradient must be finite", name);
   for (int64_t k = 0; k < e->points; k++)
     SPH_CHECK(context, sphi_finite(dim, e->at + k * dim), SPH_E_ARGUMENT,
-              "interpolator \"%s\": point %lld must be finite, got (%g, %g, %g)", name, (long long)k,
-              e->at[k * dim], e->at[k * dim + 1], dim == 3 ? e->at[k * dim + 2] : 0.0);
+              "interpolator \"%s\": point %lld must be finite, got (%g, %g, %g)", name,
+              (long long)k, e->at[k * dim], e->at[k * dim + 1],
+              dim == 3 ? e->at[k * dim + 2] : 0.0);
   return SPH_OK;
 }
 
-static sph_status check_source(const sph_particles *source, const char *field, const double *values) {
+static sph_status check_source(const sph_particles *source, const char *field,
+                               const double *values) {
   for (sph_index i = 0; i < source->n; i++)
     SPH_CHECK(source->context, isfinite(values[i]), SPH_E_ARGUMENT,
-              "particles \"%s\": field \"%s\" of id %lld must be finite, got %g", source->name, field,
-              (long long)source->id[i], values[i]);
+              "particles \"%s\": field \"%s\" of id %lld must be finite, got %g", source->name,
+              field, (long long)source->id[i], values[i]);
   return SPH_OK;
 }
 
@@ -75,14 +78,15 @@ static sph_status find_components(const sph_interpolator *interpolator, const sp
               "interpolator \"%s\": names[%d] must not be NULL", name, f);
     const sphi_field *field = sphi_particles_field(source, e->names[f]);
     if (!field) return SPH_E_NAME;
-    SPH_CHECK(context, !e->gradient || field->components == 1, SPH_E_ARGUMENT,
-              "interpolator \"%s\": a field with a gradient must be scalar, \"%s\" has %d components",
-              name, e->names[f], field->components);
+    SPH_CHECK(
+        context, !e->gradient || field->components == 1, SPH_E_ARGUMENT,
+        "interpolator \"%s\": a field with a gradient must be scalar, \"%s\" has %d components",
+        name, e->names[f], field->components);
     s->components += field->components;
   }
   s->component = SPHI_NEW(context, s->components, const double *);
-  SPH_CHECK(context, s->component, SPH_E_MEMORY, "interpolator \"%s\": no memory for %lld components",
-            name, (long long)s->components);
+  SPH_CHECK(context, s->component, SPH_E_MEMORY,
+            "interpolator \"%s\": no memory for %lld components", name, (long long)s->components);
   int64_t component = 0;
   for (int f = 0; f < e->fields; f++) {
     const sphi_field *field = sphi_particles_field(source, e->names[f]);
@@ -118,15 +122,16 @@ static sph_status sort_sources(const sph_interpolator *interpolator, const sphi_
       if (x[d][i] < s->lo[d]) s->lo[d] = x[d][i];
       if (x[d][i] > s->hi[d]) s->hi[d] = x[d][i];
     }
-    SPH_CHECK(context, s->hi[d] - s->lo[d] < 5e8 * width, SPH_E_ARGUMENT,
-              "interpolator \"%s\": particles \"%s\" extend over %g m, too far for a support of %g m",
-              name, source->name, s->hi[d] - s->lo[d], support);
+    SPH_CHECK(
+        context, s->hi[d] - s->lo[d] < 5e8 * width, SPH_E_ARGUMENT,
+        "interpolator \"%s\": particles \"%s\" extend over %g m, too far for a support of %g m",
+        name, source->name, s->hi[d] - s->lo[d], support);
   }
   sphi_frame_set(&s->frame, source->dim, s->lo, support, NULL, NULL, NULL);
-  SPH_TRY(sphi_columns_build(context, &s->columns, &s->frame, width, source->n, x, source->rank,
-                             name));
-  s->record = sphi_alloc(context, (size_t)((int64_t)source->n + SPHI_PAD) *
-                                      (size_t)SPHI_RECORD(source->dim),
+  SPH_TRY(
+      sphi_columns_build(context, &s->columns, &s->frame, width, source->n, x, source->rank, name));
+  s->record = sphi_alloc(context,
+                         (size_t)((int64_t)source->n + SPHI_PAD) * (size_t)SPHI_RECORD(source->dim),
                          variant->real_size);
   SPH_CHECK(context, s->record, SPH_E_MEMORY,
             "interpolator \"%s\": no memory for the records of %d particles", name, source->n);

@@ -58,10 +58,11 @@ sph_status sphi_gather_list(sph_context *context, sphi_gather *gather, const sph
   sphi_clusters *wet = &gather->wet;
   SPH_TRY(sphi_list_build(context, &gather->list, frame, all, sources, radius));
   int64_t capacity = wet->capacity;
-  SPH_CHECK(context,
-            sphi_reserve(context, (void **)&wet->first, &capacity, all->n, sizeof *wet->first) &&
-                sphi_reserve(context, (void **)&wet->count, &wet->capacity, all->n, sizeof *wet->count),
-            SPH_E_MEMORY, "no memory for %d clusters of interpolation points", all->n);
+  SPH_CHECK(
+      context,
+      sphi_reserve(context, (void **)&wet->first, &capacity, all->n, sizeof *wet->first) &&
+          sphi_reserve(context, (void **)&wet->count, &wet->capacity, all->n, sizeof *wet->count),
+      SPH_E_MEMORY, "no memory for %d clusters of interpolation points", all->n);
   wet->lanes = all->lanes;
   wet->n = 0;
   gather->work.n = gather->n;

@@ -9,11 +9,11 @@ typedef struct sphi_gather {
   int32_t n;
   double *x[SPHI_MAX_DIM]; /* [n] in the order the owner gave */
   int64_t capacity;
-  sphi_columns columns;    /* columns.order: place in cluster order -> point */
+  sphi_columns columns; /* columns.order: place in cluster order -> point */
   sphi_clusters clusters;
-  sphi_clusters wet;       /* those with sources near, without boxes: the others are not evaluated */
-  sphi_list list;          /* of the wet clusters */
-  void *record;            /* packed positions in cluster order */
+  sphi_clusters wet; /* those with sources near, without boxes: the others are not evaluated */
+  sphi_list list;    /* of the wet clusters */
+  void *record;      /* packed positions in cluster order */
   int64_t record_capacity;
   sphi_interpolation work; /* results in cluster order */
 } sphi_gather;

@@ -230,9 +230,10 @@ void sphi_interpolate(const sph_interpolator *interpolator, const sphi_variant *
   work->dim = sweep->frame->dim;
   sweep->kernel = interpolator->kernel;
   sweep->subset = NULL;
-  sphi_sweep_run(interpolator->context, variant, operator_of(interpolator->type), sweep, &arguments);
-#pragma omp parallel for num_threads(interpolator->context->threads) schedule(static) \
-    if (targets->n > 8)
+  sphi_sweep_run(interpolator->context, variant, operator_of(interpolator->type), sweep,
+                 &arguments);
+#pragma omp parallel for num_threads(interpolator->context->threads) \
+    schedule(static) if (targets->n > 8)
   for (int32_t c = 0; c < targets->n; c++)
     for (int32_t k = targets->first[c]; k < targets->first[c] + targets->count[c]; k++)
       finish(interpolator, work, k, pivot_min);

@@ -3,14 +3,17 @@
 #include "interpolator/interpolator_list.h"
 
 #define ROW_AGREES(id, enumerator, operator_name, name, summary, source) \
-  _Static_assert(SPH_INTERPOLATOR_##enumerator == (id),                        \
+  _Static_assert(SPH_INTERPOLATOR_##enumerator == (id),                  \
                  "interpolator.h and interpolator_list.h disagree on " name);
 SPHI_INTERPOLATOR_LIST(ROW_AGREES)
 #undef ROW_AGREES
 
 #define COUNT_ROW(id, enumerator, operator_name, name, summary, source) +1
 #define ADD_ID(id, enumerator, operator_name, name, summary, source) +(id)
-enum { INTERPOLATORS = 0 SPHI_INTERPOLATOR_LIST(COUNT_ROW), IDS = 0 SPHI_INTERPOLATOR_LIST(ADD_ID) };
+enum {
+  INTERPOLATORS = 0 SPHI_INTERPOLATOR_LIST(COUNT_ROW),
+  IDS = 0 SPHI_INTERPOLATOR_LIST(ADD_ID)
+};
 #undef COUNT_ROW
 #undef ADD_ID
 _Static_assert(2 * IDS == INTERPOLATORS * (INTERPOLATORS + 1), "the ids run from 1 without gaps");

@@ -14,7 +14,7 @@ struct sph_interpolator {
   bool compensation; /* hydrostatic compensation (HC), on by default */
   double mu;         /* improved Shepard: w = r^-mu exp(-mu (r/a)^2 / (1 - (r/R)^lambda)) */
   double lambda;
-  double scale;      /* a / R */
+  double scale; /* a / R */
 };
 
 void sphi_interpolator_retain(sph_interpolator *interpolator);
@@ -23,16 +23,16 @@ void sphi_interpolator_retain(sph_interpolator *interpolator);
 typedef struct sphi_interpolation {
   int dim;
   int32_t n;
-  double *value;       /* [dim + 1][n] pressure, velocity: field f of target k at value[f * n + k] */
-  double *moment;      /* [dim][n] sum_j phi_j (x_j - x_k) [m]; zero on the linear rung, and without
+  double *value;  /* [dim + 1][n] pressure, velocity: field f of target k at value[f * n + k] */
+  double *moment; /* [dim][n] sum_j phi_j (x_j - x_k) [m]; zero on the linear rung, and without
                           compensation. I[f] - gradient . moment is exact for linear f */
-  double *gamma;       /* [n] sum_j W V_j over the sources: 1 with full support */
+  double *gamma;  /* [n] sum_j W V_j over the sources: 1 with full support */
   int32_t *neighbours; /* [n] sources inside the support */
   uint8_t *rung;       /* [n] sph_interpolator_rung that gave the value */
   int64_t capacity;    /* of n, for the arrays above */
   double *sums;        /* scratch of the operators */
   int64_t sums_capacity;
-  int32_t *retry;      /* [n] scratch: clusters that go down the ladder */
+  int32_t *retry; /* [n] scratch: clusters that go down the ladder */
 } sphi_interpolation;
 
 void sphi_interpolation_free(sph_context *context, sphi_interpolation *work);
@@ -58,6 +58,7 @@ typedef struct sphi_evaluation {
 } sphi_evaluation;
 
 sph_status sphi_interpolator_evaluate(const sph_interpolator *interpolator,
-                                      const sphi_variant *variant, const sphi_evaluation *evaluation);
+                                      const sphi_variant *variant,
+                                      const sphi_evaluation *evaluation);
 
 #endif

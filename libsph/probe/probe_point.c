@@ -89,8 +89,8 @@ static sph_status fill_points(sph_probe *probe, const places *from) {
             probe->name, from->n);
   /* At a wall the pressure gradient along the normal is the body force's, which is what compensation
    * assumes, and single particles count less than in an extrapolation by least squares. */
-  const sph_interpolator_type type = probe->kind == &velocity_kind ? SPH_INTERPOLATOR_MLS_LINEAR
-                                                                   : SPH_INTERPOLATOR_NORMALIZED;
+  const sph_interpolator_type type =
+      probe->kind == &velocity_kind ? SPH_INTERPOLATOR_MLS_LINEAR : SPH_INTERPOLATOR_NORMALIZED;
   SPH_TRY(sph_interpolator_create(probe->context, type, flow->kernel, &data->interpolator));
   SPH_TRY(sphi_gather_reserve(probe->context, &data->gather, data->interpolator, dim, from->n,
                               flow->variant->real_size));

@@ -63,13 +63,23 @@ static void release_line(sph_probe *probe) {
 
 typedef struct share_sum {
   const sph_kernel *kernel;
-  const double *volume;
+  const sphi_frame *frame;
+  const sph_boundary *boundary;
+  const double *x;
   double sum;
 } share_sum;
 
 static bool add_share(double r, int32_t ghost, void *data) {
   share_sum *share = data;
-  share->sum += share->volume[ghost] * sph_kernel_w(share->kernel, r);
+  const sph_boundary *boundary = share->boundary;
+  double from_ghost[SPHI_MAX_DIM];
+  for (int d = 0; d < boundary->dim; d++) {
+    from_ghost[d] = share->x[d] - boundary->x[d][ghost];
+    const double length = share->frame->length[d];
+    if (share->frame->periodic[d]) from_ghost[d] -= length * rint(from_ghost[d] / length);
+  }
+  if (sphi_ghost_seen(&boundary->points, ghost, from_ghost))
+    share->sum += boundary->points.volume[ghost] * sph_kernel_w(share->kernel, r);
   return true;
 }
 
@@ -84,7 +94,7 @@ static void update_share(sph_probe *probe, const sph_boundary *boundary) {
   for (int32_t k = 0; k < data->gather.n; k++) {
     double x[SPHI_MAX_DIM] = {0};
     for (int d = 0; d < boundary->dim; d++) x[d] = data->gather.x[d][k];
-    share_sum share = {.kernel = flow->kernel, .volume = boundary->points.volume};
+    share_sum share = {.kernel = flow->kernel, .frame = &flow->frame, .boundary = boundary, .x = x};
     const near_query query = {
         .frame = &flow->frame,
         .columns = &boundary->columns,

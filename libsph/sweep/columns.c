@@ -112,7 +112,8 @@ static sph_status find_columns(sph_context *context, sphi_columns *columns, cons
     int32_t k[2] = {0, 0}, unused;
     bool fits = true;
     for (int d = 0; d < columns->dim; d++)
-      fits = column_number(columns, frame, d, x[d][i], d < columns->dim - 1 ? &k[d] : &unused) && fits;
+      fits =
+          column_number(columns, frame, d, x[d][i], d < columns->dim - 1 ? &k[d] : &unused) && fits;
     if (!fits)
       return SPHI_ERROR(context, SPH_E_DIVERGED,
                         "%s: point %d at (%g, %g, %g) is not finite or too far away to be sorted",
@@ -353,7 +354,8 @@ void sphi_clusters_free(sph_context *context, sphi_clusters *clusters) {
   memset(clusters, 0, sizeof *clusters);
 }
 
-static bool reserve_clusters(sph_context *context, sphi_clusters *clusters, int64_t count, int dim) {
+static bool reserve_clusters(sph_context *context, sphi_clusters *clusters, int64_t count,
+                             int dim) {
   int64_t capacity[4] = {clusters->capacity, clusters->capacity, clusters->box_capacity,
                          clusters->box_capacity};
   const bool ok =

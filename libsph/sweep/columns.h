@@ -46,7 +46,7 @@ static inline double sphi_frame_difference(const sphi_frame *frame, int d, doubl
 
 typedef struct sphi_column_entry {
   double z;
-  int32_t rank;  /* decides among equal z, so that the order does not depend on storage */
+  int32_t rank; /* decides among equal z, so that the order does not depend on storage */
   int32_t point;
 } sphi_column_entry;
 
@@ -54,17 +54,18 @@ typedef struct sphi_columns {
   int dim;
   int32_t n;
   int32_t columns;
-  double width[SPHI_MAX_DIM];   /* across the columns; along them only a scale */
-  int32_t around[SPHI_MAX_DIM]; /* columns around a periodic direction, 0 where it is not periodic */
-  int32_t *order;        /* [n] place in sorted order -> point */
-  double *z;             /* [n] last coordinate, in the box where periodic, sorted order */
+  double width[SPHI_MAX_DIM]; /* across the columns; along them only a scale */
+  int32_t
+      around[SPHI_MAX_DIM]; /* columns around a periodic direction, 0 where it is not periodic */
+  int32_t *order;           /* [n] place in sorted order -> point */
+  double *z;                /* [n] last coordinate, in the box where periodic, sorted order */
   uint32_t *fixed[SPHI_MAX_DIM]; /* [n + lanes] fixed-point positions, sorted order */
-  int32_t *start;        /* [columns + 1] */
-  int32_t *key;          /* [columns][2] */
-  int32_t *table;        /* hash table of column numbers, -1 empty */
+  int32_t *start;                /* [columns + 1] */
+  int32_t *key;                  /* [columns][2] */
+  int32_t *table;                /* hash table of column numbers, -1 empty */
   int64_t table_size;
   sphi_column_entry *entry, *entry_scratch;
-  int32_t *column_of;    /* [n] scratch */
+  int32_t *column_of; /* [n] scratch */
   int64_t point_capacity, column_capacity, start_capacity, table_capacity;
 } sphi_columns;
 
@@ -133,6 +134,7 @@ typedef struct sphi_list {
 void sphi_list_free(sph_context *context, sphi_list *list);
 /* For every cluster the sources within `radius` of its bounding box. */
 sph_status sphi_list_build(sph_context *context, sphi_list *list, const sphi_frame *frame,
-                           const sphi_clusters *targets, const sphi_columns *sources, double radius);
+                           const sphi_clusters *targets, const sphi_columns *sources,
+                           double radius);
 
 #endif

@@ -150,7 +150,8 @@ static void pack_run(const sphi_pack *pack, int32_t begin, int32_t end) {
     pack_records(3, pack, begin, end);
 }
 
-#define LOOPS_DECLARE(name) extern const sphi_loop SPHI_NAME(sphi_##name##_loops)[SPHI_KERNEL_ROWS][2];
+#define LOOPS_DECLARE(name) \
+  extern const sphi_loop SPHI_NAME(sphi_##name##_loops)[SPHI_KERNEL_ROWS][2];
 SPHI_OPERATOR_LIST(LOOPS_DECLARE)
 #undef LOOPS_DECLARE
 

@@ -52,14 +52,14 @@ SPHI_INLINE void op_loop(const int kernel, const int dim, const sphi_sweep *swee
   }
 }
 
-#define OP_STAMP(id, enumerator, stem, name, ratio, summary, source)                             \
-  static void op_##stem##_2(const sphi_sweep *sweep, const void *arguments, int32_t begin,       \
-                            int32_t end) {                                                       \
-    op_loop(id, 2, sweep, arguments, begin, end);                                                \
-  }                                                                                              \
-  static void op_##stem##_3(const sphi_sweep *sweep, const void *arguments, int32_t begin,       \
-                            int32_t end) {                                                       \
-    op_loop(id, 3, sweep, arguments, begin, end);                                                \
+#define OP_STAMP(id, enumerator, stem, name, ratio, summary, source)                       \
+  static void op_##stem##_2(const sphi_sweep *sweep, const void *arguments, int32_t begin, \
+                            int32_t end) {                                                 \
+    op_loop(id, 2, sweep, arguments, begin, end);                                          \
+  }                                                                                        \
+  static void op_##stem##_3(const sphi_sweep *sweep, const void *arguments, int32_t begin, \
+                            int32_t end) {                                                 \
+    op_loop(id, 3, sweep, arguments, begin, end);                                          \
   }
 SPHI_KERNEL_LIST(OP_STAMP)
 #undef OP_STAMP
@@ -68,7 +68,8 @@ SPHI_KERNEL_LIST(OP_STAMP)
 #define OP_LOOPS(name) OP_LOOPS_(name)
 extern const sphi_loop OP_LOOPS(OPERATOR)[SPHI_KERNEL_ROWS][2];
 const sphi_loop OP_LOOPS(OPERATOR)[SPHI_KERNEL_ROWS][2] = {
-#define OP_ROW(id, enumerator, stem, name, ratio, summary, source) [(id)-1] = {op_##stem##_2, op_##stem##_3},
+#define OP_ROW(id, enumerator, stem, name, ratio, summary, source) \
+  [(id)-1] = {op_##stem##_2, op_##stem##_3},
     SPHI_KERNEL_LIST(OP_ROW)
 #undef OP_ROW
 };

@@ -2,12 +2,12 @@
 #include "sweep/variant.h"
 
 #if defined(__x86_64__) && !defined(SPHI_NO_X86_VARIANTS)
-#define VARIANT_LIST(X)                     \
-  X(base_f32, SPH_ISA_BASELINE)             \
-  X(base_f64, SPH_ISA_BASELINE)             \
-  X(avx2_f32, SPH_ISA_AVX2)                 \
-  X(avx2_f64, SPH_ISA_AVX2)                 \
-  X(avx512_f32, SPH_ISA_AVX512)             \
+#define VARIANT_LIST(X)         \
+  X(base_f32, SPH_ISA_BASELINE) \
+  X(base_f64, SPH_ISA_BASELINE) \
+  X(avx2_f32, SPH_ISA_AVX2)     \
+  X(avx2_f64, SPH_ISA_AVX2)     \
+  X(avx512_f32, SPH_ISA_AVX512) \
   X(avx512_f64, SPH_ISA_AVX512)
 #else
 #define VARIANT_LIST(X)         \

@@ -25,7 +25,8 @@ typedef struct sphi_sweep {
 } sphi_sweep;
 
 /* Does the clusters begin..end-1 (of the subset if there is one). */
-typedef void (*sphi_loop)(const sphi_sweep *sweep, const void *arguments, int32_t begin, int32_t end);
+typedef void (*sphi_loop)(const sphi_sweep *sweep, const void *arguments, int32_t begin,
+                          int32_t end);
 
 /* Fills records: position, then `columns` values less their shifts, in target or source order. */
 typedef struct sphi_pack {
@@ -62,7 +63,7 @@ enum {
 #define SPHI_OPERATOR_ENUM(name) SPHI_OPERATOR_##name,
   SPHI_OPERATOR_LIST(SPHI_OPERATOR_ENUM)
 #undef SPHI_OPERATOR_ENUM
-  SPHI_OPERATORS
+      SPHI_OPERATORS
 };
 
 typedef struct sphi_variant {
@@ -93,8 +94,11 @@ void sphi_pack_run(sph_context *context, const sphi_variant *variant, const sphi
 #define SPHI_RECORD_D(dim) (2 * (dim) + 2)
 #define SPHI_RECORD_G(dim) (2 * (dim) + 3)
 #define SPHI_RECORD(dim) (3 * (dim) + 3)
-/* Layout of a ghost record: x[dim] V p v[dim] s, with s = 1 where it drags (no slip). */
+/* Layout of a ghost record: x[dim] V p v[dim] s k a[SPHI_GATES, dim + 1], with s = 1 where it drags (no slip)
+ * and k gates: fluid at x_f sees the ghost where a . (x_f - x) + a[dim] > 0 for the first k planes a. */
 #define SPHI_GHOST_S(dim) (2 * (dim) + 2)
-#define SPHI_GHOST(dim) (2 * (dim) + 3)
+#define SPHI_GHOST_GATES(dim) (2 * (dim) + 3)
+#define SPHI_GATES(dim) (2 * (dim)-1) /* at most */
+#define SPHI_GHOST(dim) (2 * (dim) + 4 + SPHI_GATES(dim) * ((dim) + 1))
 
 #endif

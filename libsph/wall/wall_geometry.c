@@ -129,15 +129,27 @@ typedef struct nearest_search {
   const sph_wall *wall;
   const double *x;
   double bound;
+  const sphi_wall_side *side; /* NULL: among all facets */
+  bool rivals;
   sphi_wall_nearest *sum; /* NULL while only the smallest distance is sought */
 } nearest_search;
+
+/* A facet that has x in front of it can have no ghost there. */
+static bool is_sought(const nearest_search *search, int facet) {
+  if (!search->side) return true;
+  double from[3];
+  sphi_subtract(search->x, search->wall->facet[facet].middle, from);
+  if (sphi_dot(from, search->wall->facet[facet].normal) >= 0) return false;
+  const bool rival = sphi_wall_is_rival(search->wall, search->side, facet);
+  return search->rivals ? rival && !sphi_wall_is_known(search->wall, search->side, facet) : !rival;
+}
 
 static void search_leaf(nearest_search *search, int begin, int end) {
   for (int k = begin; k < end; k++) {
     const sphi_wall_facet *facet = &search->wall->facet[k];
     double foot[3], angle, from[3];
     const double distance = closest_on_facet(search->wall, facet, search->x, foot, &angle);
-    if (distance > search->bound) continue;
+    if (distance > search->bound || !is_sought(search, k)) continue;
     if (!search->sum) {
       search->bound = distance;
       continue;
@@ -165,8 +177,14 @@ static void search_node(nearest_search *search, size_t node, int begin, int end)
 
 void sphi_wall_find_nearest(const sph_wall *wall, const double *x, double bound, double tolerance,
                             sphi_wall_nearest *nearest) {
+  sphi_wall_find_nearest_of(wall, x, bound, tolerance, NULL, false, nearest);
+}
+
+void sphi_wall_find_nearest_of(const sph_wall *wall, const double *x, double bound,
+                               double tolerance, const sphi_wall_side *side, bool rivals,
+                               sphi_wall_nearest *nearest) {
   *nearest = (sphi_wall_nearest){.distance = INFINITY, .facet = -1};
-  nearest_search search = {wall, x, bound, NULL};
+  nearest_search search = {wall, x, bound, side, rivals, NULL};
   search_node(&search, 0, 0, wall->facets);
   const double smallest = search.bound;
   search.bound = smallest + tolerance;

@@ -7,6 +7,8 @@
 #define SPHI_WALL_PI 3.14159265358979323846
 /* Below this turn [rad] two facets count as one plane, within it of a half turn as folded. */
 #define SPHI_WALL_FLAT 1e-6
+/* Cosine of the turn (80 degrees) from which a solid corner is sharp. */
+#define SPHI_WALL_SHARP 0.17364817766693041
 /* Coordinates of this size or less can be squared and cubed without overflow. */
 #define SPHI_WALL_LARGEST 1e100
 
@@ -16,8 +18,8 @@ typedef struct sphi_wall_facet {
   double middle[3];
   double angle[4]; /* inner angles; 3D only */
   int link[2];     /* 2D: the facets before and after, or -1 at an open end */
-  double
-      clip[2]; /* 2D: tan(turn/2) at re-entrant ends: at depth s the strip begins clip*s inside */
+  double clip[2];  /* 2D: at re-entrant ends, at depth s the strip begins clip*s inside */
+  bool shares[2];  /* 2D: the corner there is blunt, its bisector divides the solid */
 } sphi_wall_facet;
 
 /* The solid wedge behind a vertex (2D, a = b) or edge a to b (3D) with less than 180 degrees of
@@ -62,6 +64,49 @@ typedef struct sphi_wall_nearest {
 /* Facets whose distance is within `tolerance` of the smallest count as nearest. */
 void sphi_wall_find_nearest(const sph_wall *wall, const double *x, double bound, double tolerance,
                             sphi_wall_nearest *nearest);
+
+/* Another side of the solid with ghosts at the same place. */
+typedef struct sphi_wall_rival {
+  int owner, facet; /* `facet` is opposed to this owner of the place */
+  double distance;
+  bool meets; /* they meet in an edge of the wall near the place */
+} sphi_wall_rival;
+enum { SPHI_WALL_RIVALS = 5 }; /* the other sides of a box */
+/* What a place in the solid belongs to: a facet or those of a wedge or corner. */
+typedef struct sphi_wall_side {
+  int owners, owner[3];
+  int rivals;
+  sphi_wall_rival rival[SPHI_WALL_RIVALS]; /* nearest first */
+} sphi_wall_side;
+/* Who sees a ghost at x: fluid where p . (x_fluid - x) + p[3] > 0 for each plane p. */
+typedef struct sphi_wall_gates {
+  int count;
+  double plane[SPHI_GATES(3)][4];
+} sphi_wall_gates;
+
+/* Two sides of one solid that meet in a sharp edge, or would if they went on: each is behind the other
+ * and they do not face about the same way. */
+bool sphi_wall_opposed(const sph_wall *wall, int facet, int other);
+/* The facet is opposed to an owner. */
+bool sphi_wall_is_rival(const sph_wall *wall, const sphi_wall_side *side, int facet);
+/* The facet lies in the plane of a known rival or one parallel to it. */
+bool sphi_wall_is_known(const sph_wall *wall, const sphi_wall_side *side, int facet);
+/* The nearest facet that has x behind it, among the rivals that are not known yet or among all that are
+ * no rivals. */
+void sphi_wall_find_nearest_of(const sph_wall *wall, const double *x, double bound,
+                               double tolerance, const sphi_wall_side *side, bool rivals,
+                               sphi_wall_nearest *nearest);
+/* The nearest rivals that have ghosts at x. */
+void sphi_wall_find_rivals(const sph_wall *wall, const double *x, double depth, double tolerance,
+                           sphi_wall_side *side);
+/* Gates of the side's own ghost at x. */
+void sphi_wall_gate_side(const sph_wall *wall, const sphi_wall_side *side, const double *x,
+                         sphi_wall_gates *gates);
+/* Foot and gates of the reflection through the edge or vertex that an owner has in common with the
+ * rivals in `which`, one bit each, and the facet `also` if that is not -1. False if there is none,
+ * or if the rival's ghosts give it. */
+bool sphi_wall_gate_nose(const sph_wall *wall, const sphi_wall_side *side, int which, int also,
+                         const double *x, double tolerance, double *foot, sphi_wall_gates *gates);
 
 typedef bool (*sphi_wall_visit)(void *state, int facet); /* false stops */
 void sphi_wall_overlapping(const sph_wall *wall, const double *lo, const double *hi,

@@ -2,8 +2,9 @@
  * reflection through the foot.
  *
  * On a facet that is the mirror image; behind a concave vertex or edge the reflection through it.
- * Source: Huang et al. (2019) for flat walls and corners; differs: vertices of any angle, the
- * nearest facet at re-entrant corners, compressed mirrors where the fluid's angle is < 90. */
+ * Source: Huang et al. (2019) for flat walls and corners; differs: vertices of any angle, blunt
+ * re-entrant corners divided by the nearest facet, sharp ones seen from each side in its own way,
+ * compressed mirrors where the fluid's angle is < 90. */
 #include "wall/wall_geometry.h"
 
 /* A place in the solid relative to the vertex or edge it belongs to. */
@@ -14,7 +15,7 @@ typedef struct wedge_place {
 typedef struct ghost_maker {
   const sph_wall *wall;
   sphi_ghost_points *out;
-  double spacing, tolerance;
+  double spacing, depth, tolerance; /* depth: of all layers */
   int layers;
   wedge_place *place; /* of the wedge at hand */
   int64_t places, place_capacity;
@@ -30,6 +31,8 @@ void sphi_ghost_points_free(sph_context *context, sphi_ghost_points *points) {
   sphi_free(context, points->volume);
   sphi_free(context, points->area);
   sphi_free(context, points->vertex);
+  sphi_free(context, points->gates);
+  sphi_free(context, points->gate);
   *points = (sphi_ghost_points){0};
 }
 
@@ -39,13 +42,16 @@ static bool reserve_points(sph_context *context, sphi_ghost_points *p, int64_t c
   struct {
     void **array;
     size_t size;
-  } const arrays[] = {{(void **)&p->x, vector},
-                      {(void **)&p->mirror, vector},
-                      {(void **)&p->foot, vector},
-                      {(void **)&p->normal, vector},
-                      {(void **)&p->volume, sizeof(double)},
-                      {(void **)&p->area, sizeof(double)},
-                      {(void **)&p->vertex, 1}};
+  } const arrays[] = {
+      {(void **)&p->x, vector},
+      {(void **)&p->mirror, vector},
+      {(void **)&p->foot, vector},
+      {(void **)&p->normal, vector},
+      {(void **)&p->volume, sizeof(double)},
+      {(void **)&p->area, sizeof(double)},
+      {(void **)&p->vertex, 1},
+      {(void **)&p->gates, 1},
+      {(void **)&p->gate, (size_t)SPHI_GATES(p->dim) * ((size_t)p->dim + 1) * sizeof(double)}};
   int64_t grown = p->capacity;
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) {
     grown = p->capacity; /* an array that a failure left larger is still at least this large */
@@ -65,18 +71,42 @@ static double intervals(double length, double spacing) {
   return fmax(1, floor(length / spacing + 0.5 + 1e-9));
 }
 
-/* Whether `foot` is the nearest point of the wall to a ghost at x, or the one on the lowest facet
- * if several are equally near. Counts places that are not in the solid at all. */
-static bool belongs(ghost_maker *maker, const double *x, const double *foot) {
+static bool in_solid(const ghost_maker *maker, const double *x, double bound) {
   sphi_wall_nearest nearest;
-  const double s = sphi_gap(x, foot);
-  sphi_wall_find_nearest(maker->wall, x, s + maker->tolerance, maker->tolerance, &nearest);
-  if (nearest.side > 0) {
+  sphi_wall_find_nearest(maker->wall, x, bound + maker->tolerance, maker->tolerance, &nearest);
+  return nearest.side <= 0;
+}
+
+/* Whether the solid reaches from the foot to x without fluid between. */
+static bool solid_between(const ghost_maker *maker, const double *x, const double *foot) {
+  const double s = sphi_gap(x, foot), steps = ceil(s / maker->spacing);
+  for (double k = 0.5; k < steps; k++) {
+    double at[3];
+    for (int d = 0; d < 3; d++) at[d] = foot[d] + k / steps * (x[d] - foot[d]);
+    if (!in_solid(maker, at, s)) return false;
+  }
+  return true;
+}
+
+/* Whether `foot` is the nearest point of the wall to a ghost at x, or the one on the lowest facet
+ * if several are equally near, but for rivals beyond sharp corners: those have ghosts of their own
+ * here. Counts places that are not in the solid at all. */
+static bool belongs(ghost_maker *maker, const double *x, const double *foot, sphi_wall_side *side) {
+  sphi_wall_nearest nearest;
+  const double s = sphi_gap(x, foot), tolerance = maker->tolerance;
+  if (!in_solid(maker, x, s)) {
     maker->out->skipped++;
     return false;
   }
-  return nearest.distance >= s - maker->tolerance &&
-         sphi_gap(nearest.foot, foot) <= 1e-6 * maker->spacing;
+  sphi_wall_find_nearest_of(maker->wall, x, s + tolerance, tolerance, side, false, &nearest);
+  if (nearest.distance < s - tolerance || sphi_gap(nearest.foot, foot) > 1e-6 * maker->spacing)
+    return false;
+  sphi_wall_find_nearest(maker->wall, x, s, 0, &nearest);
+  sphi_wall_find_rivals(maker->wall, x, fmax(maker->depth, s + tolerance), tolerance, side);
+  if (side->rivals == 0) return nearest.distance >= s - tolerance;
+  if (solid_between(maker, x, foot)) return true;
+  maker->out->skipped++;
+  return false;
 }
 
 static bool mirror_in_fluid(const ghost_maker *maker, const double *mirror, const double *foot) {
@@ -88,7 +118,8 @@ static bool mirror_in_fluid(const ghost_maker *maker, const double *mirror, cons
 
 /* Appends the ghost at x unless its mirror is in the solid; *number is its index or -1. */
 static sph_status add_ghost(ghost_maker *maker, const double *x, const double *mirror,
-                            const double *foot, double volume, bool vertex, int64_t *number) {
+                            const double *foot, double volume, bool vertex,
+                            const sphi_wall_gates *gates, int64_t *number) {
   sphi_ghost_points *out = maker->out;
   *number = -1;
   if (!mirror_in_fluid(maker, mirror, foot)) {
@@ -107,6 +138,12 @@ static sph_status add_ghost(ghost_maker *maker, const double *x, const double *m
   out->volume[out->n] = volume;
   out->area[out->n] = 0;
   out->vertex[out->n] = vertex;
+  out->gates[out->n] = (uint8_t)gates->count;
+  for (int g = 0; g < gates->count; g++) {
+    double *gate = out->gate + (out->n * SPHI_GATES(out->dim) + g) * (out->dim + 1);
+    memcpy(gate, gates->plane[g], (size_t)out->dim * sizeof *gate);
+    gate[out->dim] = gates->plane[g][3];
+  }
   *number = out->n++;
   return SPH_OK;
 }
@@ -124,10 +161,11 @@ static double near_boundary(const ghost_maker *maker, int facet, int end, double
   const double other_length = sphi_gap(other->corner[0], other->corner[1]);
   const double other_width = other_length / intervals(other_length, maker->spacing);
   const double tolerance = 1e-8 * maker->spacing, cell = floor(lo / width);
-  const bool tie = fabs((cell + 0.5) * width - lo) < tolerance;
+  const bool tie = self->shares[end] && fabs((cell + 0.5) * width - lo) < tolerance;
   if (tie && fabs(other_width - width) < tolerance) return left;
   const double before = left - 0.5 * width; /* the middle of the cell before */
-  return before < lo + (facet < self->link[end] ? -tolerance : tolerance) ? lo : left;
+  const bool first = self->shares[end] && facet < self->link[end];
+  return before < lo + (first ? -tolerance : tolerance) ? lo : left;
 }
 
 typedef struct cells {
@@ -202,8 +240,44 @@ static void spread_area(ghost_maker *maker, const sphi_wall_facet *facet, cells 
     }
 }
 
+/* The reflection of x through an edge or vertex of the owners and the rivals in `which`. */
+static sph_status add_nose(ghost_maker *maker, const sphi_wall_side *side, int which,
+                           const double *x, double volume) {
+  double foot[3], mirror[3];
+  sphi_wall_gates gates;
+  for (int k = -1; k < side->owners; k++) {
+    /* Behind a side wall at the end of the edge it is that wall's image of the reflection. */
+    const int also = k < 0 ? -1 : side->owner[k];
+    if (!sphi_wall_gate_nose(maker->wall, side, which, also, x, maker->tolerance, foot, &gates))
+      continue;
+    if (sphi_gap(x, foot) > maker->depth) continue; /* out of sight from beyond the foot */
+    for (int d = 0; d < 3; d++) mirror[d] = 2 * foot[d] - x[d];
+    if (!mirror_in_fluid(maker, mirror, foot)) continue;
+    int64_t number;
+    return add_ghost(maker, x, mirror, foot, volume, true, &gates, &number);
+  }
+  return SPH_OK;
+}
+
+/* The ghost of one side of the solid at x unless another side has it, and the reflections through sharp
+ * edges and vertices near it. */
+static sph_status add_ghosts(ghost_maker *maker, const sphi_wall_side *behind, const double *x,
+                             const double *mirror, const double *foot, double volume, bool vertex,
+                             int64_t *number) {
+  sphi_wall_side side = *behind;
+  sphi_wall_gates gates;
+  *number = -1;
+  if (!belongs(maker, x, foot, &side)) return SPH_OK;
+  sphi_wall_gate_side(maker->wall, &side, x, &gates);
+  SPH_TRY(add_ghost(maker, x, mirror, foot, volume, vertex, &gates, number));
+  for (int which = 1; which < 1 << side.rivals; which++)
+    SPH_TRY(add_nose(maker, &side, which, x, volume));
+  return SPH_OK;
+}
+
 static sph_status make_strip(ghost_maker *maker, int k) {
   const sphi_wall_facet *facet = &maker->wall->facet[k];
+  const sphi_wall_side side = {.owners = 1, .owner = {k}};
   const cells c = count_cells(maker, facet);
   const int64_t nu = (int64_t)c.nu, nv = (int64_t)c.nv;
   if (!sphi_reserve(maker->wall->context, (void **)&maker->number, &maker->number_capacity, nu * nv,
@@ -223,8 +297,7 @@ static sph_status make_strip(ghost_maker *maker, int k) {
       if (maker->wall->dim == 2 && (facet->clip[0] > 0 || facet->clip[1] > 0))
         volume = maker->spacing * (c.nu * c.width - near_boundary(maker, k, 0, i, c.width, s) -
                                    near_boundary(maker, k, 1, c.nu - 1 - i, c.width, s));
-      if (volume > 0 && belongs(maker, x, foot))
-        SPH_TRY(add_ghost(maker, x, mirror, foot, volume, false, &number));
+      if (volume > 0) SPH_TRY(add_ghosts(maker, &side, x, mirror, foot, volume, false, &number));
       if (layer == 0) maker->number[cell] = number;
     }
     if (layer == 0) spread_area(maker, facet, c);
@@ -318,7 +391,7 @@ static sph_status make_places(ghost_maker *maker, const int *facet) {
 
 /* A ghost at each place of the wedge seen from `foot`, moved by `shift` into the solid. */
 static sph_status make_wedge_ghosts(ghost_maker *maker, const double *foot, const double *shift,
-                                    double depth) {
+                                    double depth, const sphi_wall_side *side) {
   for (int64_t k = 0; k < maker->places; k++) {
     const wedge_place *place = &maker->place[k];
     double x[3], mirror[3];
@@ -327,8 +400,7 @@ static sph_status make_wedge_ghosts(ghost_maker *maker, const double *foot, cons
       mirror[d] = foot[d] + place->mirror[d] - shift[d];
     }
     int64_t number;
-    if (belongs(maker, x, foot))
-      SPH_TRY(add_ghost(maker, x, mirror, foot, place->area * depth, true, &number));
+    SPH_TRY(add_ghosts(maker, side, x, mirror, foot, place->area * depth, true, &number));
   }
   return SPH_OK;
 }
@@ -339,6 +411,7 @@ static double wedge_intervals(const ghost_maker *maker, const sphi_wall_wedge *w
 
 static sph_status make_wedge(ghost_maker *maker, const sphi_wall_wedge *wedge) {
   static const double no_shift[3] = {0};
+  const sphi_wall_side side = {.owners = 2, .owner = {wedge->facet[0], wedge->facet[1]}};
   SPH_TRY(make_places(maker, wedge->facet));
   const double n = wedge_intervals(maker, wedge);
   const double depth = maker->wall->dim == 2 ? 1 : sphi_gap(wedge->a, wedge->b) / n;
@@ -347,18 +420,20 @@ static sph_status make_wedge(ghost_maker *maker, const sphi_wall_wedge *wedge) {
     for (int d = 0; d < 3; d++)
       foot[d] = maker->wall->dim == 2 ? wedge->a[d]
                                       : wedge->a[d] + (k + 0.5) / n * (wedge->b[d] - wedge->a[d]);
-    SPH_TRY(make_wedge_ghosts(maker, foot, no_shift, depth));
+    SPH_TRY(make_wedge_ghosts(maker, foot, no_shift, depth, &side));
   }
   return SPH_OK;
 }
 
 static sph_status make_corner(ghost_maker *maker, const sphi_wall_corner *corner) {
+  const sphi_wall_side side = {.owners = 3,
+                               .owner = {corner->facet[0], corner->facet[1], corner->facet[2]}};
   SPH_TRY(make_places(maker, corner->facet));
   const double *normal = maker->wall->facet[corner->facet[2]].normal;
   for (int layer = 0; layer < maker->layers; layer++) {
     double shift[3];
     for (int d = 0; d < 3; d++) shift[d] = -(layer + 0.5) * maker->spacing * normal[d];
-    SPH_TRY(make_wedge_ghosts(maker, corner->x, shift, maker->spacing));
+    SPH_TRY(make_wedge_ghosts(maker, corner->x, shift, maker->spacing, &side));
   }
   return SPH_OK;
 }
@@ -406,6 +481,7 @@ sph_status sphi_wall_make_ghosts(const sph_wall *wall, double spacing, double de
   ghost_maker maker = {.wall = wall,
                        .out = out,
                        .spacing = spacing,
+                       .depth = layers * spacing,
                        .tolerance = fmax(1e-9 * spacing, 1e-14 * wall->size),
                        .layers = (int)layers};
   const double count = count_ghosts(&maker);

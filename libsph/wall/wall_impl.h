@@ -5,6 +5,7 @@
 #include <sph/wall.h>
 
 #include "core/internal.h"
+#include "sweep/variant.h"
 
 /* Ghost points behind a wall in its reference position (displacement zero), n of them. All vectors
  * [n, dim]. mirror = 2 foot - x but where the foot is an edge with less than 90 degrees of fluid. */
@@ -19,8 +20,25 @@ typedef struct sphi_ghost_points {
    * first layer on facets. */
   double *area;
   uint8_t *vertex; /* [n] 1 where the foot is an edge or corner: the whole velocity reflects */
+  /* Several ghosts fill the same place behind a sharp solid corner, and `gates` planes tell who sees
+   * which: fluid at x_f does while a . (x_f - x) + a[dim] > 0 m for each a = gate[k, 0 .. gates-1]. */
+  uint8_t *gates;  /* [n] 0 for most, SPHI_GATES(dim) at most */
+  double *gate;    /* [n, SPHI_GATES(dim), dim + 1] */
   int64_t skipped; /* places left out because they or their mirror are on the wrong side */
 } sphi_ghost_points;
+
+/* Whether fluid at `from_ghost` from ghost k sees it. */
+static inline bool sphi_ghost_seen(const sphi_ghost_points *points, int64_t k,
+                                   const double *from_ghost) {
+  const int dim = points->dim;
+  for (int g = 0; g < points->gates[k]; g++) {
+    const double *gate = points->gate + (k * SPHI_GATES(dim) + g) * (dim + 1);
+    double side = gate[dim];
+    for (int d = 0; d < dim; d++) side += gate[d] * from_ghost[d];
+    if (!(side > 0)) return false;
+  }
+  return true;
+}
 
 void sphi_wall_retain(sph_wall *wall);
 int sphi_wall_dim(const sph_wall *wall);

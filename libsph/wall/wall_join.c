@@ -30,8 +30,12 @@ sph_status sphi_wall_join_2d(sph_wall *wall) {
               k, facet->link[1], facet->corner[1][0], facet->corner[1][1]);
     if (turn > SPHI_WALL_FLAT)
       SPH_TRY(add_wedge(wall, facet->corner[1], facet->corner[1], k, facet->link[1]));
-    else if (turn < -SPHI_WALL_FLAT)
-      facet->clip[1] = next->clip[0] = tan(-turn / 2);
+    else if (turn < -SPHI_WALL_FLAT) {
+      const bool sharp = sphi_wall_opposed(wall, k, facet->link[1]);
+      /* A sharp corner cuts the strip where the other facet is. */
+      facet->clip[1] = next->clip[0] = sharp ? fmax(0, -1 / tan(-turn)) : tan(-turn / 2);
+      facet->shares[1] = next->shares[0] = !sharp;
+    }
   }
   return SPH_OK;
 }

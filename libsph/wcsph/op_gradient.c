@@ -65,7 +65,7 @@ SPHI_INLINE void op_pair_second(const op_arguments *a, const int dim, const op_t
   const real *v = source + SPHI_RECORD_F(dim) + 1;
   vreal approach = v_set(0);
   for (int d = 0; d < dim; d++) approach += (v[d] - t->v[d]) * g->dx[d];
-  s->divergence += g->gw * source[SPHI_RECORD_V(dim)] * approach;
+  s->divergence += ghost_gw(dim, source, g) * source[SPHI_RECORD_V(dim)] * approach;
 }
 
 /* Smallest eigenvalue of a symmetric matrix {xx yy xy}. */
@@ -80,8 +80,8 @@ static double smallest_eigenvalue_3(const double m[6]) {
   const double off = m[3] * m[3] + m[4] * m[4] + m[5] * m[5];
   const double p = sqrt((a * a + b * b + c * c + 2 * off) / 6);
   if (p < 1e-12) return mean;
-  const double determinant = a * (b * c - m[5] * m[5]) - m[3] * (m[3] * c - m[5] * m[4]) +
-                             m[4] * (m[3] * m[5] - b * m[4]);
+  const double determinant =
+      a * (b * c - m[5] * m[5]) - m[3] * (m[3] * c - m[5] * m[4]) + m[4] * (m[3] * m[5] - b * m[4]);
   double cosine = determinant / (2 * p * p * p);
   cosine = cosine < -1 ? -1 : cosine > 1 ? 1 : cosine;
   return mean + 2 * p * cos(acos(cosine) / 3 + 2.0943951023931953);

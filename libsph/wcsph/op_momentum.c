@@ -64,10 +64,10 @@ SPHI_INLINE void op_pair(const op_arguments *a, const int dim, const op_targets 
 SPHI_INLINE void op_pair_second(const op_arguments *a, const int dim, const op_targets *t,
                                 const real *source, const pair *g, op_sums *s) {
   (void)a;
-  const vreal gwv = g->gw * source[SPHI_RECORD_V(dim)];
+  const vreal gwv = ghost_gw(dim, source, g) * source[SPHI_RECORD_V(dim)];
   const vreal pressure = gwv * (t->p + source[SPHI_RECORD_F(dim)]);
-  const vreal viscous = source[SPHI_GHOST_S(dim)] * gwv *
-                        approach_rate(dim, t, source + SPHI_RECORD_F(dim) + 1, g);
+  const vreal viscous =
+      source[SPHI_GHOST_S(dim)] * gwv * approach_rate(dim, t, source + SPHI_RECORD_F(dim) + 1, g);
   for (int d = 0; d < dim; d++) {
     s->pressure[d] += pressure * g->dx[d];
     s->viscous[d] += viscous * g->dx[d];

@@ -25,10 +25,9 @@ SPHI_INLINE void op_load(const op_arguments *a, const int dim, const real *recor
 }
 
 /* Fluid and ghost records start alike, so one function serves both. */
-SPHI_INLINE void op_pair(const op_arguments *a, const int dim, const op_targets *t,
-                         const real *source, const pair *g, op_sums *s) {
-  (void)a;
-  const vreal gwv = g->gw * source[SPHI_RECORD_V(dim)];
+SPHI_INLINE void add_pair(const int dim, const op_targets *t, const real *source, const pair *g,
+                          vreal gw, op_sums *s) {
+  const vreal gwv = gw * source[SPHI_RECORD_V(dim)];
   const vreal pressure = gwv * (t->p + source[SPHI_RECORD_F(dim)]);
   const real *v = source + SPHI_RECORD_F(dim) + 1;
   vreal approach = v_set(0);
@@ -38,15 +37,25 @@ SPHI_INLINE void op_pair(const op_arguments *a, const int dim, const op_targets 
   }
   s->divergence += gwv * approach;
 }
-#define op_pair_second op_pair
+
+SPHI_INLINE void op_pair(const op_arguments *a, const int dim, const op_targets *t,
+                         const real *source, const pair *g, op_sums *s) {
+  (void)a;
+  add_pair(dim, t, source, g, g->gw, s);
+}
+
+SPHI_INLINE void op_pair_second(const op_arguments *a, const int dim, const op_targets *t,
+                                const real *source, const pair *g, op_sums *s) {
+  (void)a;
+  add_pair(dim, t, source, g, ghost_gw(dim, source, g), s);
+}
 
 SPHI_INLINE void op_store(const op_arguments *a, const int dim, int32_t first, int32_t count,
                           const op_targets *t, const op_sums *s) {
   (void)t;
   for (int32_t l = 0; l < count; l++) {
     const int32_t i = first + l;
-    for (int d = 0; d < dim; d++)
-      a->acceleration[d][i] = -(double)s->pressure[d][l] / a->rho[i];
+    for (int d = 0; d < dim; d++) a->acceleration[d][i] = -(double)s->pressure[d][l] / a->rho[i];
     a->divergence[i] = (double)s->divergence[l];
   }
 }

@@ -4,12 +4,12 @@
 static const sphi_method method;
 static double stable_courant(const sph_integrator *flow, sph_stepper stepper);
 
-#define SETTER(flow)                                                                           \
-  if (!(flow)) return SPH_E_ARGUMENT;                                                          \
-  sph_context *context = (flow)->context;                                                      \
-  SPH_CHECK(context, (flow)->method == &method, SPH_E_TYPE,                                    \
-            "integrator: this setting is of \"wcsph\", the integrator is \"%s\"",              \
-            (flow)->method->name);                                                             \
+#define SETTER(flow)                                                              \
+  if (!(flow)) return SPH_E_ARGUMENT;                                             \
+  sph_context *context = (flow)->context;                                         \
+  SPH_CHECK(context, (flow)->method == &method, SPH_E_TYPE,                       \
+            "integrator: this setting is of \"wcsph\", the integrator is \"%s\"", \
+            (flow)->method->name);                                                \
   wcsph *w = wcsph_of(flow)
 
 double sphi_wcsph_pressure(const wcsph *w, double rho) {
@@ -43,7 +43,8 @@ static sph_status acceleration_field(sph_particles *particles, int *number) {
   for (int pass = 0; pass < 2; pass++) {
     for (int k = 0; k < particles->fields; k++) {
       if (strcmp(particles->field[k].name, name)) continue;
-      SPH_CHECK(particles->context, particles->field[k].components == particles->dim, SPH_E_ARGUMENT,
+      SPH_CHECK(particles->context, particles->field[k].components == particles->dim,
+                SPH_E_ARGUMENT,
                 "particles \"%s\": field \"acceleration\" must have %d components, it has %d",
                 particles->name, particles->dim, particles->field[k].components);
       *number = k;
@@ -59,11 +60,13 @@ sph_status sph_wcsph_create(sph_context *context, sph_kernel *kernel, sph_partic
   if (out) *out = NULL;
   if (!context) return SPH_E_ARGUMENT;
   SPH_CHECK(context, kernel && particles && out, SPH_E_ARGUMENT, "wcsph: %s is NULL",
-            !kernel ? "kernel" : !particles ? "particles" : "out");
-  const char *stranger = kernel->context != context                   ? "kernel"
-                         : particles->context != context              ? "particle set"
+            !kernel      ? "kernel"
+            : !particles ? "particles"
+                         : "out");
+  const char *stranger = kernel->context != context                 ? "kernel"
+                         : particles->context != context            ? "particle set"
                          : boundary && boundary->context != context ? "boundary"
-                                                                      : NULL;
+                                                                    : NULL;
   SPH_CHECK(context, !stranger, SPH_E_ARGUMENT, "wcsph: the %s is of another context", stranger);
   SPH_CHECK(context, kernel->dim == particles->dim, SPH_E_ARGUMENT,
             "wcsph: the kernel has dimension %d, particles \"%s\" have %d", kernel->dim,
@@ -119,10 +122,11 @@ sph_status sph_wcsph_set_sound_speed(sph_integrator *integrator, double c0) {
   const double limit = sph_integrator_stable_dt(integrator);
   if (integrator->fixed_dt > limit) {
     w->c0 = before;
-    return SPHI_ERROR(context, SPH_E_ARGUMENT,
-                      "wcsph: with sound speed %g m/s the fixed time step %g s is beyond the stable "
-                      "%g s; call sph_integrator_set_dt first",
-                      c0, integrator->fixed_dt, limit);
+    return SPHI_ERROR(
+        context, SPH_E_ARGUMENT,
+        "wcsph: with sound speed %g m/s the fixed time step %g s is beyond the stable "
+        "%g s; call sph_integrator_set_dt first",
+        c0, integrator->fixed_dt, limit);
   }
   integrator->revision = -1;
   return SPH_OK;
@@ -176,8 +180,8 @@ sph_status sph_wcsph_set_diffusion(sph_integrator *integrator, sph_diffusion kin
   SETTER(integrator);
   SPH_CHECK(context, kind >= SPH_DIFFUSION_NONE && kind <= SPH_DIFFUSION_DELTA, SPH_E_ARGUMENT,
             "wcsph: diffusion must be one of sph_diffusion, got %d", (int)kind);
-  SPH_CHECK(context, delta >= 0 && delta <= 1, SPH_E_ARGUMENT, "wcsph: delta must be 0 to 1, got %g",
-            delta);
+  SPH_CHECK(context, delta >= 0 && delta <= 1, SPH_E_ARGUMENT,
+            "wcsph: delta must be 0 to 1, got %g", delta);
   const sph_diffusion kind_before = w->diffusion;
   const double delta_before = w->delta;
   w->diffusion = kind;
@@ -203,8 +207,8 @@ sph_status sph_wcsph_set_diffusion(sph_integrator *integrator, sph_diffusion kin
 
 sph_status sph_wcsph_set_artificial_viscosity(sph_integrator *integrator, double alpha) {
   SETTER(integrator);
-  SPH_CHECK(context, alpha >= 0 && alpha <= 1, SPH_E_ARGUMENT, "wcsph: alpha must be 0 to 1, got %g",
-            alpha);
+  SPH_CHECK(context, alpha >= 0 && alpha <= 1, SPH_E_ARGUMENT,
+            "wcsph: alpha must be 0 to 1, got %g", alpha);
   w->alpha = alpha;
   return SPH_OK;
 }
@@ -220,8 +224,8 @@ sph_status sph_wcsph_set_laminar_viscosity(sph_integrator *integrator, double nu
 sph_status sph_wcsph_set_periodic(sph_integrator *integrator, int axis, double lo, double hi) {
   SETTER(integrator);
   const int dim = integrator->particles->dim;
-  SPH_CHECK(context, axis >= 0 && axis < dim, SPH_E_ARGUMENT,
-            "wcsph: axis must be 0 to %d, got %d", dim - 1, axis);
+  SPH_CHECK(context, axis >= 0 && axis < dim, SPH_E_ARGUMENT, "wcsph: axis must be 0 to %d, got %d",
+            dim - 1, axis);
   SPH_CHECK(context, isfinite(lo) && isfinite(hi) && lo < hi, SPH_E_ARGUMENT,
             "wcsph: periodic box needs lo < hi, got %g and %g m", lo, hi);
   const double reach = integrator->kernel->support * (1 + w->skin);
@@ -284,8 +288,8 @@ sph_status sph_wcsph_start_from_pressure(sph_integrator *integrator, int64_t n,
   SETTER(integrator);
   sph_particles *particles = integrator->particles;
   SPH_CHECK(context, pressure, SPH_E_ARGUMENT, "wcsph: pressure is NULL");
-  SPH_CHECK(context, n == particles->n, SPH_E_ARGUMENT,
-            "wcsph: %lld pressures for %d particles", (long long)n, particles->n);
+  SPH_CHECK(context, n == particles->n, SPH_E_ARGUMENT, "wcsph: %lld pressures for %d particles",
+            (long long)n, particles->n);
   SPH_CHECK(context, w->c0 > 0, SPH_E_ARGUMENT,
             "wcsph: the sound speed is not set; call sph_wcsph_set_sound_speed");
   for (int64_t i = 0; i < n; i++)

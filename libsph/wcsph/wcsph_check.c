@@ -16,7 +16,8 @@ static double wall_distance(const sph_integrator *flow, int32_t i, double bound,
       double ends[2 * SPHI_WALL_MAX_ENDS];
       const int count = sphi_wall_open_ends(boundary->wall[k], ends);
       for (int e = 0; e < count; e++)
-        if (hypot(foot[0] - ends[2 * e], foot[1] - ends[2 * e + 1]) < 1e-9 * bound) distance = -distance;
+        if (hypot(foot[0] - ends[2 * e], foot[1] - ends[2 * e + 1]) < 1e-9 * bound)
+          distance = -distance;
     }
     if (fabs(distance) >= fabs(nearest)) continue;
     nearest = distance;
@@ -26,7 +27,8 @@ static double wall_distance(const sph_integrator *flow, int32_t i, double bound,
 }
 
 /* An end on a face of a periodic box is none: the wall goes on in the next period. */
-static bool ends_at_period(const sph_integrator *flow, const double *end, const double *displacement) {
+static bool ends_at_period(const sph_integrator *flow, const double *end,
+                           const double *displacement) {
   const wcsph *w = wcsph_of(flow);
   for (int d = 0; d < flow->particles->dim; d++) {
     const double tolerance = 1e-9 * (w->periodic_hi[d] - w->periodic_lo[d]);
@@ -85,39 +87,47 @@ sph_status sphi_wcsph_check_crossing(sph_integrator *flow) {
       const int32_t i = flow->clusters.first[c] + l;
       int wall = 0;
       const double distance = wall_distance(flow, i, flow->kernel->support, &wall);
-      SPH_CHECK(flow->context, distance > -0.5 * particles->spacing, SPH_E_DIVERGED,
-                "particles \"%s\": particle %lld at (%g, %g, %g) m, time %g s, crossed wall \"%s\" by "
-                "%g m",
-                particles->name, (long long)particles->id[i], x[0][i], x[1][i],
-                particles->dim == 3 ? x[2][i] : 0.0, flow->stats.time,
-                sphi_wall_name(w->boundary->wall[wall]), -distance);
+      SPH_CHECK(
+          flow->context, distance > -0.5 * particles->spacing, SPH_E_DIVERGED,
+          "particles \"%s\": particle %lld at (%g, %g, %g) m, time %g s, crossed wall \"%s\" by "
+          "%g m",
+          particles->name, (long long)particles->id[i], x[0][i], x[1][i],
+          particles->dim == 3 ? x[2][i] : 0.0, flow->stats.time,
+          sphi_wall_name(w->boundary->wall[wall]), -distance);
     }
   }
   return SPH_OK;
 }
 
-/* Takes from particle i the speed with which it runs into a wall that it already touches. */
-static bool stop_at_walls(sph_integrator *flow, int32_t i, double reach) {
+/* Takes from particle i the speed with which it runs into a wall that it touches, or what of it would
+ * carry it through the wall within dt. */
+static bool stop_at_walls(sph_integrator *flow, int32_t i, double reach, double dt) {
   const sph_boundary *boundary = wcsph_of(flow)->boundary;
   const int dim = boundary->dim;
   double **x = flow->particles->field[SPHI_X].data, **v = flow->particles->field[SPHI_V].data;
   bool touched = false;
   for (int k = 0; k < boundary->walls; k++) {
     const sphi_wall_state *wall = &boundary->state[k];
-    double at[SPHI_MAX_DIM], foot[SPHI_MAX_DIM];
-    for (int d = 0; d < dim; d++) at[d] = x[d][i] - wall->displacement[d];
-    const double distance = sphi_wall_foot(boundary->wall[k], at, reach, foot);
-    if (distance >= reach || distance == 0) continue;
-    double away = 0; /* speed off the wall, times the distance */
-    for (int d = 0; d < dim; d++) away += (v[d][i] - wall->velocity[d]) * (at[d] - foot[d]) / distance;
-    if (away >= 0) continue;
-    for (int d = 0; d < dim; d++) v[d][i] -= away * (at[d] - foot[d]) / distance;
+    double at[SPHI_MAX_DIM], foot[SPHI_MAX_DIM], speed2 = 0;
+    for (int d = 0; d < dim; d++) {
+      at[d] = x[d][i] - wall->displacement[d];
+      speed2 += (v[d][i] - wall->velocity[d]) * (v[d][i] - wall->velocity[d]);
+    }
+    const double bound = fmax(reach, sqrt(speed2) * dt);
+    const double distance = sphi_wall_foot(boundary->wall[k], at, bound, foot);
+    if (distance >= bound || distance == 0) continue;
+    double away = 0; /* speed off the wall */
+    for (int d = 0; d < dim; d++)
+      away += (v[d][i] - wall->velocity[d]) * (at[d] - foot[d]) / distance;
+    const double slowest = distance < reach ? 0 : -distance / dt;
+    if (away >= slowest) continue;
+    for (int d = 0; d < dim; d++) v[d][i] += (slowest - away) * (at[d] - foot[d]) / distance;
     touched = true;
   }
   return touched;
 }
 
-int64_t sphi_wcsph_stop_at_walls(sph_integrator *flow) {
+int64_t sphi_wcsph_stop_at_walls(sph_integrator *flow, double dt) {
   const wcsph *w = wcsph_of(flow);
   if (!w->boundary) return 0;
   const double reach = WCSPH_CONTACT * flow->particles->spacing;
@@ -126,7 +136,7 @@ int64_t sphi_wcsph_stop_at_walls(sph_integrator *flow) {
   for (int32_t c = 0; c < flow->clusters.n; c++) {
     if (w->ghost_list.entry[c].count == 0) continue;
     for (int32_t l = 0; l < flow->clusters.count[c]; l++)
-      touched += stop_at_walls(flow, flow->clusters.first[c] + l, reach);
+      touched += stop_at_walls(flow, flow->clusters.first[c] + l, reach, dt);
   }
   return touched;
 }

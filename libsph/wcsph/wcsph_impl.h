@@ -13,12 +13,12 @@ enum {
   WCSPH_DIVERGENCE,
   WCSPH_LAMBDA,
   WCSPH_DIFFUSION,
-  WCSPH_RATE,      /* D rho / D t of a Runge-Kutta stage */
-  WCSPH_VISCOUS,   /* 3: viscous acceleration, frozen over a Runge-Kutta step */
+  WCSPH_RATE,    /* D rho / D t of a Runge-Kutta stage */
+  WCSPH_VISCOUS, /* 3: viscous acceleration, frozen over a Runge-Kutta step */
   WCSPH_OLD_X = WCSPH_VISCOUS + 3,
   WCSPH_OLD_V = WCSPH_OLD_X + 3,
   WCSPH_OLD_RHO = WCSPH_OLD_V + 3,
-  WCSPH_SUM_X,     /* 3: weighted sums of the stages' rates */
+  WCSPH_SUM_X, /* 3: weighted sums of the stages' rates */
   WCSPH_SUM_V = WCSPH_SUM_X + 3,
   WCSPH_SUM_RHO = WCSPH_SUM_V + 3,
   WCSPH_ARRAYS,
@@ -63,8 +63,9 @@ sph_status sphi_wcsph_step(sph_integrator *flow, double dt);
 sph_status sphi_wcsph_check_walls(sph_integrator *flow);
 /* Nothing has crossed a wall. */
 sph_status sphi_wcsph_check_crossing(sph_integrator *flow);
-/* Particles nearer to a wall than WCSPH_CONTACT spacings lose the speed at which they approach it: jets
- * thinner than the support would otherwise pass between ghosts. Returns how many did. */
-int64_t sphi_wcsph_stop_at_walls(sph_integrator *flow);
+/* Particles nearer to a wall than WCSPH_CONTACT spacings lose the speed at which they approach it, and
+ * faster ones what would carry them through it within dt: jets thinner than the support would
+ * otherwise pass between ghosts. Returns how many did. */
+int64_t sphi_wcsph_stop_at_walls(sph_integrator *flow, double dt);
 
 #endif

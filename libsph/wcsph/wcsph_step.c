@@ -23,33 +23,33 @@ static sph_status reserve(sph_integrator *flow) {
     const bool third = k == WCSPH_VISCOUS + 2 || k == WCSPH_OLD_X + 2 || k == WCSPH_OLD_V + 2 ||
                        k == WCSPH_SUM_X + 2 || k == WCSPH_SUM_V + 2;
     if (third && dim == 2) continue;
-    ok = sphi_reserve(flow->context, (void **)&w->array[k], &w->array_capacity[k], n, sizeof(double));
+    ok = sphi_reserve(flow->context, (void **)&w->array[k], &w->array_capacity[k], n,
+                      sizeof(double));
   }
   SPH_CHECK(flow->context, ok, SPH_E_MEMORY, "wcsph: no memory for %d particles", n);
   return SPH_OK;
 }
 
-/* Pressure and volume of every particle by its density. */
-static void apply_equation_of_state(sph_integrator *flow) {
+/* Pressure and volume of particles begin..end-1 by their densities. */
+static void apply_equation_of_state(sph_integrator *flow, int32_t begin, int32_t end) {
   const wcsph *w = wcsph_of(flow);
   const array rho = field(flow, SPHI_RHO)[0], m = field(flow, SPHI_M)[0];
   array p = field(flow, SPHI_P)[0], volume = field(flow, SPHI_VOL)[0];
-  const int32_t n = flow->particles->n;
-#pragma omp parallel for num_threads(flow->context->threads) schedule(static)
-  for (int32_t i = 0; i < n; i++) {
+  for (int32_t i = begin; i < end; i++) {
     p[i] = sphi_wcsph_pressure(w, rho[i]);
     volume[i] = m[i] / rho[i];
   }
 }
 
-/* Records from the fields: `all` values, or positions, volume and pressure alone. The density that
- * the diffusion sees then stays the one its gradient was taken of. */
-static void pack(sph_integrator *flow, bool all) {
+/* Records from the fields: `all` values, or positions, volume and pressure alone (the density that the
+ * diffusion sees then stays the one its gradient was taken of); pressures anew if `fresh`. */
+static void pack(sph_integrator *flow, bool all, bool fresh) {
   const double begin = sphi_seconds();
   const wcsph *w = wcsph_of(flow);
   const int dim = flow->particles->dim;
+  const int32_t n = flow->particles->n, blocks = (n + UPDATE_BLOCK - 1) / UPDATE_BLOCK;
   sphi_pack to = {.frame = &flow->frame,
-                  .n = flow->particles->n,
+                  .n = n,
                   .stride = SPHI_RECORD(dim),
                   .columns = all ? dim + 3 : 2,
                   .record = flow->record};
@@ -61,16 +61,14 @@ static void pack(sph_integrator *flow, bool all) {
   }
   to.value[2 + dim] = field(flow, SPHI_RHO)[0];
   to.shift[2 + dim] = w->rho0;
-  sphi_pack_run(flow->context, flow->variant, &to);
+#pragma omp parallel for num_threads(flow->context->threads) schedule(static)
+  for (int32_t block = 0; block < blocks; block++) {
+    const int32_t first = block * UPDATE_BLOCK,
+                  last = block < blocks - 1 ? first + UPDATE_BLOCK : n;
+    if (fresh) apply_equation_of_state(flow, first, last);
+    flow->variant->pack(&to, first, last);
+  }
   flow->stats.seconds_pack += sphi_seconds() - begin;
-}
-
-/* New pressures, then new records. */
-static void pack_new(sph_integrator *flow, bool all) {
-  const double begin = sphi_seconds();
-  apply_equation_of_state(flow);
-  flow->stats.seconds_pack += sphi_seconds() - begin;
-  pack(flow, all);
 }
 
 static sph_status update_ghosts(sph_integrator *flow, double t) {
@@ -78,7 +76,8 @@ static sph_status update_ghosts(sph_integrator *flow, double t) {
   if (!w->boundary) return SPH_OK;
   const double begin = sphi_seconds();
   if (sphi_boundary_moves(w->boundary)) SPH_TRY(sphi_boundary_move(w->boundary, t));
-  sphi_boundary_update(w->boundary, &flow->frame, flow->variant, flow->record, &w->force, t, w->rho0);
+  sphi_boundary_update(w->boundary, &flow->frame, flow->variant, flow->record, &w->force, t,
+                       w->rho0);
   flow->stats.seconds_boundary += sphi_seconds() - begin;
   return SPH_OK;
 }
@@ -191,7 +190,8 @@ static sph_status report_bad(sph_integrator *flow, int32_t i, double dt) {
   for (int d = 0; d < dim; d++) {
     speed2 += v[d][i] * v[d][i];
     push2 += a[d][i] * a[d][i];
-    outside = outside || (!w->periodic[d] && !(x[d][i] >= w->domain_lo[d] && x[d][i] <= w->domain_hi[d]));
+    outside =
+        outside || (!w->periodic[d] && !(x[d][i] >= w->domain_lo[d] && x[d][i] <= w->domain_hi[d]));
   }
   const char *what = "left the domain: distance";
   double value = 0;
@@ -214,10 +214,11 @@ static sph_status report_bad(sph_integrator *flow, int32_t i, double dt) {
       if (!w->periodic[d] && !(away < value)) value = away;
     }
   }
-  return SPHI_ERROR(flow->context, SPH_E_DIVERGED,
-                    "particles \"%s\": particle %lld at (%g, %g, %g) m, time %g s, step %g s, %s = %g",
-                    particles->name, (long long)particles->id[i], x[0][i], x[1][i],
-                    dim == 3 ? x[2][i] : 0.0, flow->stats.time + dt, dt, what, value);
+  return SPHI_ERROR(
+      flow->context, SPH_E_DIVERGED,
+      "particles \"%s\": particle %lld at (%g, %g, %g) m, time %g s, step %g s, %s = %g",
+      particles->name, (long long)particles->id[i], x[0][i], x[1][i], dim == 3 ? x[2][i] : 0.0,
+      flow->stats.time + dt, dt, what, value);
 }
 
 /* Largest speed and acceleration after a step; stops at the first bad particle by storage order. */
@@ -238,7 +239,8 @@ static sph_status check_state(sph_integrator *flow, double dt) {
       for (int d = 0; d < dim; d++) {
         v2 += v[d][i] * v[d][i];
         a2 += a[d][i] * a[d][i];
-        inside = inside && (w->periodic[d] || (x[d][i] >= w->domain_lo[d] && x[d][i] <= w->domain_hi[d]));
+        inside = inside &&
+                 (w->periodic[d] || (x[d][i] >= w->domain_lo[d] && x[d][i] <= w->domain_hi[d]));
       }
       const bool good = v2 <= most2 && a2 < HUGE_VAL && inside && rho[i] > 0 && rho[i] < HUGE_VAL;
       if (!good && found.bad < 0) found.bad = i;
@@ -259,14 +261,21 @@ static sph_status check_state(sph_integrator *flow, double dt) {
 }
 
 /* Drops and threads cannot be in tension: nothing holds them together, and a density that stayed low
- * from the moment they came off would tear at whatever they meet next. */
-static void release_tension(sph_integrator *flow) {
+ * from the moment they came off would tear at whatever they meet next. Then pressures and volumes, so
+ * that what a caller reads belongs together. */
+static void finish_densities(sph_integrator *flow) {
   const wcsph *w = wcsph_of(flow);
   array rho = field(flow, SPHI_RHO)[0];
   const array lambda = w->array[WCSPH_LAMBDA];
+  const int32_t n = flow->particles->n, blocks = (n + UPDATE_BLOCK - 1) / UPDATE_BLOCK;
 #pragma omp parallel for num_threads(flow->context->threads) schedule(static)
-  for (int32_t i = 0; i < flow->particles->n; i++)
-    if (lambda[i] < LAMBDA_ISOLATED && rho[i] < w->rho0) rho[i] = w->rho0;
+  for (int32_t block = 0; block < blocks; block++) {
+    const int32_t first = block * UPDATE_BLOCK,
+                  last = block < blocks - 1 ? first + UPDATE_BLOCK : n;
+    for (int32_t i = first; i < last; i++)
+      if (lambda[i] < LAMBDA_ISOLATED && rho[i] < w->rho0) rho[i] = w->rho0;
+    apply_equation_of_state(flow, first, last);
+  }
 }
 
 /* Symplectic Euler, written from the density on: density with the velocities now, velocities with the
@@ -278,12 +287,12 @@ static sph_status step_symplectic(sph_integrator *flow, double dt) {
   SPH_TRY(update_ghosts(flow, t));
   run_gradient(flow);
   advance_density(flow, dt);
-  pack_new(flow, false);
+  pack(flow, false, true);
   SPH_TRY(update_ghosts(flow, t));
   run_momentum(flow, false);
   SPH_TRY(add_body_force(flow, t, dt));
   advance(flow, dim, field(flow, SPHI_V), dt, field(flow, w->acceleration));
-  flow->stats.contacts += sphi_wcsph_stop_at_walls(flow);
+  flow->stats.contacts += sphi_wcsph_stop_at_walls(flow, dt);
   advance(flow, dim, field(flow, SPHI_X), dt, field(flow, SPHI_V));
   advance_diffusion(flow, dt);
   return SPH_OK;
@@ -302,14 +311,14 @@ static sph_status step_verlet(sph_integrator *flow, double dt) {
     SPH_TRY(add_body_force(flow, t, dt));
   }
   advance(flow, dim, v, 0.5 * dt, a);
-  flow->stats.contacts += sphi_wcsph_stop_at_walls(flow);
+  flow->stats.contacts += sphi_wcsph_stop_at_walls(flow, dt);
   advance(flow, dim, x, 0.5 * dt, v);
-  pack_new(flow, true);
+  pack(flow, true, true);
   SPH_TRY(update_ghosts(flow, t + 0.5 * dt));
   run_gradient(flow);
   advance(flow, dim, x, 0.5 * dt, v);
   advance_density(flow, dt);
-  pack_new(flow, false);
+  pack(flow, false, true);
   SPH_TRY(update_ghosts(flow, t + dt));
   run_momentum(flow, false);
   SPH_TRY(add_body_force(flow, t + dt, dt));
@@ -319,8 +328,9 @@ static sph_status step_verlet(sph_integrator *flow, double dt) {
   return SPH_OK;
 }
 
-/* Rates of one Runge-Kutta stage into the sums with its weight, and the next stage's state. */
-static void stage(sph_integrator *flow, double weight, double next) {
+/* Rates of one Runge-Kutta stage into the sums with its weight; then the next stage's state, or after
+ * the last stage the new one. */
+static void stage(sph_integrator *flow, double weight, double next, bool last) {
   wcsph *w = wcsph_of(flow);
   const int dim = flow->particles->dim;
   double **x = field(flow, SPHI_X), **v = field(flow, SPHI_V), **a = field(flow, w->acceleration);
@@ -331,13 +341,13 @@ static void stage(sph_integrator *flow, double weight, double next) {
     double rate = -rho[i] * of[WCSPH_DIVERGENCE][i];
     if (w->diffusion != SPH_DIFFUSION_NONE) rate += of[WCSPH_DIFFUSION][i];
     of[WCSPH_SUM_RHO][i] += weight * rate;
-    rho[i] = of[WCSPH_OLD_RHO][i] + next * rate;
+    rho[i] = of[WCSPH_OLD_RHO][i] + (last ? of[WCSPH_SUM_RHO][i] : next * rate);
     for (int d = 0; d < dim; d++) {
       const double push = a[d][i] + of[WCSPH_VISCOUS + d][i], speed = v[d][i];
       of[WCSPH_SUM_X + d][i] += weight * speed;
       of[WCSPH_SUM_V + d][i] += weight * push;
-      x[d][i] = of[WCSPH_OLD_X + d][i] + next * speed;
-      v[d][i] = of[WCSPH_OLD_V + d][i] + next * push;
+      x[d][i] = of[WCSPH_OLD_X + d][i] + (last ? of[WCSPH_SUM_X + d][i] : next * speed);
+      v[d][i] = of[WCSPH_OLD_V + d][i] + (last ? of[WCSPH_SUM_V + d][i] : next * push);
     }
   }
 }
@@ -363,7 +373,7 @@ static sph_status step_rk4(sph_integrator *flow, double dt) {
   copy_state(flow);
   for (int k = 0; k < 4; k++) {
     const double t = flow->stats.time + place[k] * dt;
-    if (k > 0) pack_new(flow, true);
+    if (k > 0) pack(flow, true, true);
     SPH_TRY(update_ghosts(flow, t));
     if (k == 0) {
       run_gradient(flow);
@@ -376,12 +386,9 @@ static sph_status step_rk4(sph_integrator *flow, double dt) {
       flow->stats.evaluations++;
     }
     SPH_TRY(add_body_force(flow, t, dt));
-    stage(flow, weight[k] * dt / 6, k < 3 ? place[k + 1] * dt : 0);
+    stage(flow, weight[k] * dt / 6, k < 3 ? place[k + 1] * dt : 0, k == 3);
   }
-  advance(flow, 1, field(flow, SPHI_RHO), 1, &w->array[WCSPH_SUM_RHO]);
-  advance(flow, dim, field(flow, SPHI_X), 1, &w->array[WCSPH_SUM_X]);
-  advance(flow, dim, field(flow, SPHI_V), 1, &w->array[WCSPH_SUM_V]);
-  flow->stats.contacts += sphi_wcsph_stop_at_walls(flow);
+  flow->stats.contacts += sphi_wcsph_stop_at_walls(flow, dt);
   return SPH_OK;
 }
 
@@ -398,7 +405,8 @@ static double wall_speed(const wcsph *w) {
 sph_status sphi_wcsph_step(sph_integrator *flow, double dt) {
   wcsph *w = wcsph_of(flow);
   const double begin = sphi_seconds();
-  const double others = flow->stats.seconds_pack + flow->stats.seconds_boundary + flow->stats.seconds_pairs;
+  const double others =
+      flow->stats.seconds_pack + flow->stats.seconds_boundary + flow->stats.seconds_pairs;
   w->packed = false;
   if (flow->stats.max_speed * dt > flow->particles->spacing) SPH_TRY(check_state(flow, dt));
   if (flow->stepper == SPH_STEPPER_SYMPLECTIC)
@@ -407,11 +415,10 @@ sph_status sphi_wcsph_step(sph_integrator *flow, double dt) {
     SPH_TRY(step_verlet(flow, dt));
   else
     SPH_TRY(step_rk4(flow, dt));
-  release_tension(flow);
-  apply_equation_of_state(flow); /* what a caller reads belongs together */
+  finish_densities(flow);
   const sph_status status = check_state(flow, dt);
-  w->travelled += dt * fmax(flow->stats.max_speed + 0.5 * dt * flow->stats.max_acceleration,
-                            wall_speed(w));
+  w->travelled +=
+      dt * fmax(flow->stats.max_speed + 0.5 * dt * flow->stats.max_acceleration, wall_speed(w));
   const double now =
       flow->stats.seconds_pack + flow->stats.seconds_boundary + flow->stats.seconds_pairs;
   flow->stats.seconds_update += sphi_seconds() - begin - (now - others);
@@ -469,8 +476,7 @@ static sph_status build(sph_integrator *flow) {
     SPH_TRY(sphi_boundary_move(w->boundary, flow->stats.time));
     SPH_TRY(sphi_boundary_sort(w->boundary, &flow->frame, flow->variant));
   }
-  const double reach =
-      radius - flow->kernel->support + w->boundary->interpolator->kernel->support;
+  const double reach = radius - flow->kernel->support + w->boundary->interpolator->kernel->support;
   SPH_TRY(sphi_boundary_list(w->boundary, &flow->frame, flow->variant, &flow->columns, reach));
   SPH_TRY(sphi_list_build(flow->context, &w->ghost_list, &flow->frame, &flow->clusters,
                           &w->boundary->columns, radius));
@@ -520,7 +526,8 @@ static sph_status prepare(sph_integrator *flow) {
             particles->name);
   SPH_TRY(reserve(flow));
   double origin[SPHI_MAX_DIM];
-  for (int d = 0; d < particles->dim; d++) origin[d] = particles->field[SPHI_X].data[d][particles->slot[0]];
+  for (int d = 0; d < particles->dim; d++)
+    origin[d] = particles->field[SPHI_X].data[d][particles->slot[0]];
   sphi_frame_set(&flow->frame, particles->dim, origin, flow->kernel->support, w->periodic,
                  w->periodic_lo, w->periodic_hi);
   if (w->boundary) {
@@ -538,7 +545,7 @@ static sph_status prepare(sph_integrator *flow) {
   /* The places of the density gradient must be zero where no gradient is taken. */
   memset(flow->record, 0, (size_t)flow->record_capacity * flow->variant->real_size);
   w->prepared = true;
-  apply_equation_of_state(flow);
+  apply_equation_of_state(flow, 0, particles->n);
   w->accelerated = false;
   if (!w->domain_given) default_domain(flow);
   return SPH_OK;
@@ -552,7 +559,7 @@ sph_status sphi_wcsph_refresh(sph_integrator *flow) {
     const double reach = 0.5 * (flow->list_radius - flow->kernel->support);
     if (w->travelled + next_travel(flow) > reach) SPH_TRY(build(flow));
   }
-  if (!w->packed) pack(flow, true);
+  if (!w->packed) pack(flow, true, false);
   w->packed = true;
   return SPH_OK;
 }

@@ -9,7 +9,7 @@
 # --update   copy the page to docs/validation.md and its plots to docs/images/
 # BUILD in the environment is where the examples were built.
 set -eu
-export OMP_WAIT_POLICY=passive # threads that spin while they wait slow a shared machine down
+export GOMP_SPINCOUNT=${GOMP_SPINCOUNT:-10000} # longer waits of threads slow a shared machine down
 root=$(cd "$(dirname "$0")/../.." && pwd)
 examples=$root/examples
 measured=$root/tests/data
