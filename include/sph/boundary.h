@@ -28,7 +28,7 @@ typedef struct sph_boundary_counts {
 typedef enum sph_ghost_value {
   SPH_GHOST_POSITION = 0, /**< [n, dim] m */
   SPH_GHOST_MIRROR = 1,   /**< [n, dim] m */
-  SPH_GHOST_FOOT = 2,     /**< [n, dim] m: nearest point of the wall */
+  SPH_GHOST_FOOT = 2,     /**< [n, dim] m: nearest point of its side of the wall */
   SPH_GHOST_NORMAL = 3,   /**< [n, dim] unit vector into the fluid */
   SPH_GHOST_VELOCITY = 4, /**< [n, dim] m/s, at the last evaluation */
   SPH_GHOST_PRESSURE = 5, /**< [n] Pa, at the last evaluation */
@@ -39,7 +39,7 @@ typedef enum sph_ghost_value {
 /** Create the ghosts behind a wall.
  *
  * Layers at spacing/2, 3 spacing/2, ... fill the support radius of the interpolator's kernel. The
- * mirror point of a ghost x is 2 f - x with f the nearest point of the wall. With values I[.]
+ * mirror point of a ghost x is 2 f - x with f the nearest point of the wall's side. With values I[.]
  * interpolated at the mirror point x_m from the fluid alone, wall velocity u_w and acceleration a_w:
  *
  *     u = I[u] - 2 ((I[u] - u_w) . n) n          free slip                                 (1)

@@ -94,8 +94,8 @@ void sphi_pack_run(sph_context *context, const sphi_variant *variant, const sphi
 #define SPHI_RECORD_D(dim) (2 * (dim) + 2)
 #define SPHI_RECORD_G(dim) (2 * (dim) + 3)
 #define SPHI_RECORD(dim) (3 * (dim) + 3)
-/* Layout of a ghost record: x[dim] V p v[dim] s k a[SPHI_GATES, dim + 1], with s = 1 where it drags (no slip)
- * and k gates: fluid at x_f sees the ghost where a . (x_f - x) + a[dim] > 0 for the first k planes a. */
+/* Layout of a ghost record: x[dim] V p v[dim] s k a[SPHI_GATES, dim + 1], with s = 1 where it drags (no
+ * slip) and k gates: fluid at x_f sees it where a . (x_f - x) + a[dim] > 0 for the first k planes a. */
 #define SPHI_GHOST_S(dim) (2 * (dim) + 2)
 #define SPHI_GHOST_GATES(dim) (2 * (dim) + 3)
 #define SPHI_GATES(dim) (2 * (dim)-1) /* at most */
