@@ -70,7 +70,7 @@ DEBUGGING := $(strip $(SAN)$(filter 1,$(DEBUG)))
 OPT ?= $(if $(DEBUGGING),-O1 -g -fno-omit-frame-pointer,-O2)
 OP_OPT ?= $(if $(DEBUGGING),-O1 -g -fno-omit-frame-pointer,-O3)
 WARNINGS := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-prototypes \
-  -Wvla $(if $(filter 1,$(WERROR)),-Werror)
+  -Wvla $(if $(filter 1,$(OPENMP)),,-Wno-unknown-pragmas) $(if $(filter 1,$(WERROR)),-Werror)
 SAN_FLAGS := $(if $(SAN),-fsanitize=$(SAN) -fno-sanitize-recover=all)
 OPENMP_FLAGS := $(if $(filter 1,$(OPENMP)),-fopenmp)
 

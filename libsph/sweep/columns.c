@@ -249,6 +249,7 @@ sph_status sphi_columns_build(sph_context *context, sphi_columns *columns, const
 
 void sphi_columns_fix(sph_context *context, sphi_columns *columns, const sphi_frame *frame,
                       double *const *x) {
+  (void)context; /* without OpenMP nobody asks it for its threads */
   for (int d = 0; d < frame->dim; d++) {
     uint32_t *fixed = columns->fixed[d];
     const double *from = x[d];

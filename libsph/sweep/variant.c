@@ -41,6 +41,7 @@ enum { BLOCK = 16 }; /* clusters a thread takes at a time */
 
 void sphi_sweep_run(sph_context *context, const sphi_variant *variant, int operator_index,
                     const sphi_sweep *sweep, const void *arguments) {
+  (void)context; /* without OpenMP nobody asks it for its threads */
   const sphi_loop loop =
       variant->loops[operator_index][sweep->kernel->type - 1][sweep->frame->dim - 2];
   const int32_t n = sweep->subset ? sweep->subset_count : sweep->targets->n;
@@ -53,6 +54,7 @@ void sphi_sweep_run(sph_context *context, const sphi_variant *variant, int opera
 }
 
 void sphi_pack_run(sph_context *context, const sphi_variant *variant, const sphi_pack *pack) {
+  (void)context; /* without OpenMP nobody asks it for its threads */
   enum { POINTS = 1024 };
   const int32_t blocks = (pack->n + POINTS - 1) / POINTS;
 #pragma omp parallel for num_threads(context->threads) schedule(static) if (blocks > 1)
