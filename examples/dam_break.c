@@ -59,7 +59,7 @@ static void parse(int argc, char **argv, setup *s) {
       OPTION_NUMBER("--height", s->height, 1e-3, 100, "height H of the column [m]; 0.6, 3D 0.5"),
       OPTION_NUMBER("--tank", s->tank, 1e-3, 1000, "length of the tank [m]; 5.366 H, 3D 4 H"),
       OPTION_NUMBER("--width", s->width, 1e-3, 100, "width in 3D [m]"),
-      OPTION_NUMBER("--top", s->top, 1e-3, 1000, "height of the side walls [m]; 8 H, 3D 3 H"),
+      OPTION_NUMBER("--top", s->top, 1e-3, 1000, "height of the side walls [m], of the lid in 3D; 8 H, 3D 3 H"),
       OPTION_NUMBER("--end-t-star", s->end, 1e-6, 1000, "end, t sqrt(g/H)"),
       OPTION_NUMBER("--c0", s->c0_factor, 5, 200, "sound speed / sqrt(g H)"),
       OPTION_TEXT("--interpolator", s->interpolator, "improved-shepard, normalized, mls-linear"),
@@ -148,7 +148,8 @@ static void create_flow(const setup *s, state *f) {
   OK(sph_particles_create(context, s->dim, s->dx, &f->water));
   OK(sph_particles_set_name(f->water, "water"));
   OK(sph_particles_fill_box(f->water, lo, column, s->density));
-  OK(sph_wall_create_box(context, s->dim, lo, tank, SPH_SIDE_HI(s->up), &f->tank));
+  /* The tank is open above, so high that no splash gets out; the box in 3D has a lid. */
+  OK(sph_wall_create_box(context, s->dim, lo, tank, s->dim == 2 ? SPH_SIDE_HI(1) : 0, &f->tank));
   OK(sph_interpolator_create(context, interpolator, f->kernel, &f->interpolator));
   OK(sph_boundary_create(context, f->tank, s->dx, f->interpolator, &f->ghosts));
   OK(sph_wcsph_create(context, f->kernel, f->water, f->ghosts, &f->integrator));

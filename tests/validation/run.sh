@@ -159,7 +159,7 @@ TEXT
   cat <<TEXT
 ## Dam break in three dimensions
 
-A column of 1.0 x 0.5 x 0.5 m in a box of 2.0 x 0.5 x 1.5 m, dx = $(figure "$out/dam_break_3d.json" dx_m) m, Wendland C2 kernel with h = 1.5 dx.
+A column of 1.0 x 0.5 x 0.5 m in a closed box of 2.0 x 0.5 x 1.5 m, dx = $(figure "$out/dam_break_3d.json" dx_m) m, Wendland C2 kernel with h = 1.5 dx.
 $(speed dam_break_3d).
 
 TEXT
