@@ -165,10 +165,10 @@ static void create_flow(const setup *s, state *f) {
 
 /* Buchner's gauge is a plate of 90 mm centred 0.16 m above the bed of his tank, H = 0.6 m; P1 is its
  * lower edge, 0.19 H, where published computations are compared with it. Other columns get them in
- * proportion. In 3D the plate is a segment across it. Sampled at about 2 kHz. */
+ * proportion. In 3D the plate is a segment across it. Sampled at 0.8 kHz. */
 static void create_probes(const setup *s, state *f) {
   sph_context *context = f->context;
-  const double sample = 0.002 * sqrt(s->height / s->gravity);
+  const double sample = 0.005 * sqrt(s->height / s->gravity);
   const double middle = 0.16 / 0.6 * s->height, diameter = 0.09 / 0.6 * s->height;
   double point[3] = {s->tank, s->width / 2, 0}, below[3], above[3], foot[3] = {0, s->width / 2, 0};
   const double up[3] = {0, s->dim == 2, s->dim == 3};

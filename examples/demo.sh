@@ -41,8 +41,8 @@ wait "$hydrostatic" || failed=1
 tail -q -n 1 "$out/hydrostatic.txt" "$out/front.txt"
 
 echo "dam break of Buchner: column of 1.2 x 0.6 m${*:+, options $*}"
-"$build/examples/dam_break" --out "$out/dam_break" --summary "$out/dam_break.json" --vtk 30 --pictures 11 \
-  --end-t-star 6.8 "$@" \
+"$build/examples/dam_break" --out "$out/dam_break" --summary "$out/dam_break.json" --vtk 20 --pictures 11 \
+  --end-t-star 6.6 "$@" \
   >"$out/dam_break.txt" || failed=1
 tail -n 1 "$out/dam_break.txt"
 solved=$(($(date +%s) - start))
