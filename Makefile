@@ -190,6 +190,9 @@ $(LIB_SHARED): $(OBJECTS) $(BUILD)/sources
 $(BUILD)/libsph.so: $(LIB_SHARED)
 	@ln -sf $(<F) $(@D)/$(LIB_SONAME) && ln -sf $(LIB_SONAME) $@
 
+# One compiler for each processor where the user did not choose.
+parallel = $(if $(filter -j% --jobserver%,$(MAKEFLAGS)),,-j$(shell nproc 2>/dev/null || echo 2))
+
 # --------------------------------------------------------------------------------------- tests
 PROGRAM_CFLAGS = $(COMMON_FLAGS) $(OPT) -Iinclude -MMD -MP
 TEST_CFLAGS = $(PROGRAM_CFLAGS) -Itests -Ilibsph -Wno-psabi $(GSL_CPPFLAGS)
@@ -209,7 +212,7 @@ $(BUILD)/tests/%: tests/%.c $(LIB_STATIC) $(BUILD)/flags
 .PHONY: check
 check: ## install what is missing, build, run every test; search=t3 runs some
 	@CC='$(CC)' tests/tools/need.sh cc pkg-config cunit $(if $(filter 1,$(GSL)),gsl)
-	@$(MAKE) --no-print-directory check-run
+	@$(MAKE) --no-print-directory $(parallel) check-run
 
 .PHONY: check-run
 check-run: tests ## run every test without looking for packages
@@ -237,7 +240,7 @@ $(BUILD)/examples/%: examples/%.c $(EXAMPLE_COMMON) $(LIB_STATIC) $(BUILD)/flags
 .PHONY: demo
 demo: ## install what is missing, run the examples, leave plots and tables in build/demo
 	@CC='$(CC)' tests/tools/need.sh cc pkg-config $(if $(filter 1,$(GSL)),gsl) gnuplot
-	@$(MAKE) --no-print-directory demo-run
+	@$(MAKE) --no-print-directory $(parallel) demo-run
 
 .PHONY: demo-run
 demo-run: examples

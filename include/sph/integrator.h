@@ -87,8 +87,8 @@ SPH_API SPH_NODISCARD sph_status sph_integrator_set_dt(sph_integrator *integrato
  *
  *     dt = min(courant h / c0, 0.25 sqrt(h / max |a|), 0.125 h^2 / nu)
  *
- * Defaults: 0.4 (symplectic, verlet) or 0.488 (rk4) of the lattice limit of the kernel, see
- * sph_integrator_stable_dt: with density diffusion 0.49, 0.49 and 1.5 for the Gaussian kernel.
+ * Defaults: 0.4 (symplectic, verlet) or 0.65 (rk4) of the lattice limit of the kernel, see
+ * sph_integrator_stable_dt: with density diffusion 0.49, 0.49 and 2.0 for the Gaussian kernel.
  *
  * Units      dimensionless
  * Parallel   not while another call uses the context
@@ -99,7 +99,7 @@ SPH_API SPH_NODISCARD sph_status sph_integrator_set_courant(sph_integrator *inte
                                                             double courant);
 
 /** Largest time step that is stable for sound waves on a regular lattice with the chosen scheme and
- * kernel; disordered particles need about 0.6 of it. 0 if integrator is NULL.
+ * kernel; disordered particles need about 0.7 of it. 0 if integrator is NULL.
  *
  * Units      s
  * Parallel   thread-safe for reading

@@ -45,7 +45,8 @@ typedef struct sph_energy {
  * Two guards act after every step. Drops and threads, particles whose moment matrix
  * sum_j V_j x_ji (x) grad_i W_ij has an eigenvalue below 0.2, are not left in tension: a density below
  * rho0 becomes rho0. Particles within a quarter of a spacing of a wall, or about to pass it, lose the
- * speed with which they run into it; sph_integrator_stats counts these contacts.
+ * speed with which they run into it, and those that came less than half a spacing into one are put
+ * back; sph_integrator_stats counts these contacts.
  *
  * Defaults: delta 0.1, alpha 0.02, nu 0, rho0 1000 kg/m^3, linear equation of state, gravity 9.81
  * m/s^2 along minus the last axis, rk4 steps. The sound speed has no default.

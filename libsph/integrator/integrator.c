@@ -1,15 +1,15 @@
 /* Stepping, time-step control, and the cloud of particles that methods and measures share. */
 #include "integrator/integrator_impl.h"
 
-/* Share of the lattice limit that disordered particles bear; for Runge-Kutta and the Gaussian kernel
- * it gives the courant number 1.5 of Antuono et al. (2012). */
+/* Share of the lattice limit that disordered particles bear with a margin, see
+ * docs/theory/time_stepping.md. */
 static const struct {
   sph_stepper stepper;
   const char *name;
   double share;
 } steppers[] = {{SPH_STEPPER_SYMPLECTIC, "symplectic", 0.4},
                 {SPH_STEPPER_VERLET, "verlet", 0.4},
-                {SPH_STEPPER_RK4, "rk4", 0.488}};
+                {SPH_STEPPER_RK4, "rk4", 0.65}};
 
 enum { STEPPERS = sizeof steppers / sizeof steppers[0] };
 
@@ -107,9 +107,9 @@ sph_status sph_integrator_set_dt(sph_integrator *integrator, double dt) {
   const double limit = stable_dt(integrator, integrator->stepper);
   SPH_CHECK(integrator->context, limit == 0 || dt <= limit, SPH_E_ARGUMENT,
             "integrator: time step %g s is unstable; the limit of this stepper is %g s", dt, limit);
-  if (limit > 0 && dt > 0.6 * limit)
+  if (limit > 0 && dt > 0.7 * limit)
     sphi_log(integrator->context, SPH_LOG_WARNING,
-             "integrator: time step %g s is above 0.6 of the lattice limit %g s", dt, limit);
+             "integrator: time step %g s is above 0.7 of the lattice limit %g s", dt, limit);
   integrator->fixed_dt = dt;
   return SPH_OK;
 }

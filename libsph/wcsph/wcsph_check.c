@@ -1,8 +1,19 @@
 /* Do walls and particles fit together, and do they stay apart? */
 #include "wcsph/wcsph_impl.h"
 
+/* Signed distance to one wall where it is nearer than `bound`. Beyond an open end there is no inside. */
+static double distance_to(const sph_wall *wall, const double *at, double bound, double *foot) {
+  const double distance = sphi_wall_foot(wall, at, bound, foot);
+  if (distance >= 0) return distance;
+  double ends[2 * SPHI_WALL_MAX_ENDS];
+  const int count = sphi_wall_open_ends(wall, ends);
+  for (int e = 0; e < count; e++)
+    if (hypot(foot[0] - ends[2 * e], foot[1] - ends[2 * e + 1]) < 1e-9 * bound) return -distance;
+  return distance;
+}
+
 /* Distance of particle i to the nearest wall, negative inside a wall, and which; HUGE_VAL farther away
- * than `bound`. Beyond the open end of a wall there is no inside. */
+ * than `bound`. */
 static double wall_distance(const sph_integrator *flow, int32_t i, double bound, int *wall) {
   const sph_boundary *boundary = wcsph_of(flow)->boundary;
   const int dim = boundary->dim;
@@ -11,14 +22,7 @@ static double wall_distance(const sph_integrator *flow, int32_t i, double bound,
     double x[SPHI_MAX_DIM] = {0}, foot[SPHI_MAX_DIM] = {0};
     for (int d = 0; d < dim; d++)
       x[d] = flow->particles->field[SPHI_X].data[d][i] - boundary->state[k].displacement[d];
-    double distance = sphi_wall_foot(boundary->wall[k], x, bound, foot);
-    if (distance < 0) {
-      double ends[2 * SPHI_WALL_MAX_ENDS];
-      const int count = sphi_wall_open_ends(boundary->wall[k], ends);
-      for (int e = 0; e < count; e++)
-        if (hypot(foot[0] - ends[2 * e], foot[1] - ends[2 * e + 1]) < 1e-9 * bound)
-          distance = -distance;
-    }
+    const double distance = distance_to(boundary->wall[k], x, bound, foot);
     if (fabs(distance) >= fabs(nearest)) continue;
     nearest = distance;
     *wall = k;
@@ -88,7 +92,7 @@ sph_status sphi_wcsph_check_crossing(sph_integrator *flow) {
       int wall = 0;
       const double distance = wall_distance(flow, i, flow->kernel->support, &wall);
       SPH_CHECK(
-          flow->context, distance > -0.5 * particles->spacing, SPH_E_DIVERGED,
+          flow->context, distance > -WCSPH_INSIDE * particles->spacing, SPH_E_DIVERGED,
           "particles \"%s\": particle %lld at (%g, %g, %g) m, time %g s, crossed wall \"%s\" by "
           "%g m",
           particles->name, (long long)particles->id[i], x[0][i], x[1][i],
@@ -100,8 +104,10 @@ sph_status sphi_wcsph_check_crossing(sph_integrator *flow) {
 }
 
 /* Takes from particle i the speed with which it runs into a wall that it touches, or what of it would
- * carry it through the wall within dt. */
+ * carry it through the wall within dt; puts it back if it came a little way in. Deeper in, something is
+ * wrong, and sphi_wcsph_check_crossing() says so. */
 static bool stop_at_walls(sph_integrator *flow, int32_t i, double reach, double dt) {
+  const double depth = WCSPH_INSIDE * flow->particles->spacing;
   const sph_boundary *boundary = wcsph_of(flow)->boundary;
   const int dim = boundary->dim;
   double **x = flow->particles->field[SPHI_X].data, **v = flow->particles->field[SPHI_V].data;
@@ -114,14 +120,19 @@ static bool stop_at_walls(sph_integrator *flow, int32_t i, double reach, double 
       speed2 += (v[d][i] - wall->velocity[d]) * (v[d][i] - wall->velocity[d]);
     }
     const double bound = fmax(reach, sqrt(speed2) * dt);
-    const double distance = sphi_wall_foot(boundary->wall[k], at, bound, foot);
+    const double distance = distance_to(boundary->wall[k], at, bound, foot);
     if (distance >= bound || distance == 0) continue;
-    double away = 0; /* speed off the wall */
-    for (int d = 0; d < dim; d++)
-      away += (v[d][i] - wall->velocity[d]) * (at[d] - foot[d]) / distance;
+    double away = 0, off[SPHI_MAX_DIM]; /* speed off the wall, unit vector off the wall */
+    for (int d = 0; d < dim; d++) {
+      off[d] = (at[d] - foot[d]) / distance;
+      away += (v[d][i] - wall->velocity[d]) * off[d];
+    }
+    if (distance < 0 && distance > -depth)
+      for (int d = 0; d < dim; d++)
+        x[d][i] = foot[d] + wall->displacement[d] + 1e-3 * reach * off[d];
     const double slowest = distance < reach ? 0 : -distance / dt;
     if (away >= slowest) continue;
-    for (int d = 0; d < dim; d++) v[d][i] += (slowest - away) * (at[d] - foot[d]) / distance;
+    for (int d = 0; d < dim; d++) v[d][i] += (slowest - away) * off[d];
     touched = true;
   }
   return touched;

@@ -47,7 +47,9 @@ typedef struct wcsph {
   double travelled; /* how far a particle or wall may have come since the lists were built [m] */
 } wcsph;
 
+/* In spacings: particles nearer to a wall touch it; deeper inside one they have crossed it. */
 #define WCSPH_CONTACT 0.25
+#define WCSPH_INSIDE 0.5
 
 enum { UPDATE_BLOCK = 512 };
 
@@ -65,7 +67,8 @@ sph_status sphi_wcsph_check_walls(sph_integrator *flow);
 sph_status sphi_wcsph_check_crossing(sph_integrator *flow);
 /* Particles nearer to a wall than WCSPH_CONTACT spacings lose the speed at which they approach it, and
  * faster ones what would carry them through it within dt: jets thinner than the support would
- * otherwise pass between ghosts. Returns how many did. */
+ * otherwise pass between ghosts. Those that came in all the same, by less than WCSPH_INSIDE, are put
+ * back. Returns how many touched. */
 int64_t sphi_wcsph_stop_at_walls(sph_integrator *flow, double dt);
 
 #endif
