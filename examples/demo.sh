@@ -47,10 +47,12 @@ echo "dam break of Buchner: column of 1.2 x 0.6 m${*:+, options $*}"
 tail -n 1 "$out/dam_break.txt"
 solved=$(($(date +%s) - start))
 
-gnuplot -e "run='$out/dam_break'; small='$out/front'; measured='$measured'; images='$out/images'" "$examples/dam_break_plots.gp"
 frames=$(find "$out/dam_break" -name 'picture_*.txt' | wc -l | tr -d ' ')
-gnuplot -e "run='$out/dam_break'; images='$out/images'; frames=$frames; tank=5.366; top=2" "$examples/dam_break_pictures.gp"
+gnuplot -e "run='$out/dam_break'; images='$out/images'; frames=$frames; tank=5.366; top=2" "$examples/dam_break_pictures.gp" &
+pictures=$!
+gnuplot -e "run='$out/dam_break'; small='$out/front'; measured='$measured'; images='$out/images'" "$examples/dam_break_plots.gp"
 gnuplot -e "run='$out/hydrostatic'; images='$out/images'; name='box'" "$examples/hydrostatic_plots.gp"
+wait "$pictures"
 dam_break_rows "$out/dam_break.json" "$out/dam_break" "$out/front"
 
 value() { figure "$out/dam_break.json" "$1"; }

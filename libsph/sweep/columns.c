@@ -9,11 +9,13 @@ void sphi_frame_set(sphi_frame *frame, int dim, const double *origin, double rad
   for (int d = 0; d < dim; d++) {
     frame->origin[d] = origin[d];
     frame->unit[d] = ldexp(radius, -24); /* differences below the radius are exact in float */
-    if (!periodic || !periodic[d]) continue;
-    frame->periodic[d] = true;
-    frame->lo[d] = frame->origin[d] = lo[d];
-    frame->length[d] = hi[d] - lo[d];
-    frame->unit[d] = ldexp(frame->length[d], -32);
+    if (periodic && periodic[d]) {
+      frame->periodic[d] = true;
+      frame->lo[d] = frame->origin[d] = lo[d];
+      frame->length[d] = hi[d] - lo[d];
+      frame->unit[d] = ldexp(frame->length[d], -32);
+    }
+    frame->per_unit[d] = 1 / frame->unit[d];
   }
 }
 

@@ -19,7 +19,7 @@ typedef struct sphi_frame {
   double lo[SPHI_MAX_DIM];     /* periodic directions: the box starts here ... */
   double length[SPHI_MAX_DIM]; /* ... and is this long; 0 elsewhere */
   double origin[SPHI_MAX_DIM];
-  double unit[SPHI_MAX_DIM];
+  double unit[SPHI_MAX_DIM], per_unit[SPHI_MAX_DIM];
 } sphi_frame;
 
 /* A frame for pairs closer than `radius`; origin is any point near the particles. */
@@ -27,7 +27,7 @@ void sphi_frame_set(sphi_frame *frame, int dim, const double *origin, double rad
                     const bool *periodic, const double *lo, const double *hi);
 
 static inline uint32_t sphi_frame_fix(const sphi_frame *frame, int d, double x) {
-  return (uint32_t)(int64_t)((x - frame->origin[d]) / frame->unit[d]);
+  return (uint32_t)(int64_t)((x - frame->origin[d]) * frame->per_unit[d]);
 }
 
 /* x moved into the periodic box. */

@@ -122,6 +122,7 @@ static void list_rows(sphi_list *list, int32_t part, const sphi_frame *frame,
     }
     list->entry[c] = (sphi_list_entry){offset, part, (int32_t)(p->used - offset)};
   }
+  v_leave();
 }
 #endif
 
@@ -148,6 +149,7 @@ static void pack_run(const sphi_pack *pack, int32_t begin, int32_t end) {
     pack_records(2, pack, begin, end);
   else
     pack_records(3, pack, begin, end);
+  v_leave();
 }
 
 #define LOOPS_DECLARE(name) \

@@ -10,6 +10,22 @@
  *
  * Every target's sum has one order whatever the number of threads.
  */
+
+/* What is done once a cluster is not stamped for every kernel, which would triple the time to compile. */
+#define OP_ENDS(dim)                                                                              \
+  static __attribute__((noinline)) void op_begin_##dim(const op_arguments *a, const real *record, \
+                                                       int stride, op_targets *t) {               \
+    op_load(a, dim, record, stride, t);                                                           \
+  }                                                                                               \
+  static __attribute__((noinline)) void op_end_##dim(const op_arguments *a, int32_t first,        \
+                                                     int32_t count, const op_targets *t,          \
+                                                     const op_sums *s) {                          \
+    op_store(a, dim, first, count, t, s);                                                         \
+  }
+OP_ENDS(2)
+OP_ENDS(3)
+#undef OP_ENDS
+
 SPHI_INLINE void op_loop(const int kernel, const int dim, const sphi_sweep *sweep,
                          const void *arguments, int32_t begin, int32_t end) {
   const op_arguments *a = arguments;
@@ -21,8 +37,10 @@ SPHI_INLINE void op_loop(const int kernel, const int dim, const sphi_sweep *swee
     const real *record = (const real *)sweep->target + (int64_t)first * sweep->target_stride;
     vfixed x[SPHI_MAX_DIM];
     for (int d = 0; d < dim; d++) x[d] = (vfixed)pair_lanes(record, sweep->target_stride, d);
-    op_targets t;
-    op_load(a, dim, record, sweep->target_stride, &t);
+    op_targets seen;
+    (dim == 2 ? op_begin_2 : op_begin_3)(a, record, sweep->target_stride, &seen);
+    /* Copies whose addresses stay here can live in registers. */
+    const op_targets t = seen;
     op_sums s;
     memset(&s, 0, sizeof s);
     pair g;
@@ -48,8 +66,10 @@ SPHI_INLINE void op_loop(const int kernel, const int dim, const sphi_sweep *swee
         op_pair_second(a, dim, &t, source, &g, &s);
       }
     }
-    op_store(a, dim, first, count, &t, &s);
+    const op_sums sums = s;
+    (dim == 2 ? op_end_2 : op_end_3)(a, first, count, &seen, &sums);
   }
+  v_leave();
 }
 
 #define OP_STAMP(id, enumerator, stem, name, ratio, summary, source)                       \

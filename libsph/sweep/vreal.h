@@ -52,6 +52,14 @@ SPHI_INLINE vreal v_sqrt(vreal x) {
   return y;
 }
 
+/* After the last vector operation: upper halves of registers left in use slow down all that follows,
+ * and compilers do not always clear them. */
+SPHI_INLINE void v_leave(void) {
+#ifdef __AVX__
+  __builtin_ia32_vzeroupper();
+#endif
+}
+
 /* exp(-t). Float: 0 <= t < 87, relative error below 2e-7; results beyond are not meaningful. */
 SPHI_INLINE vreal v_exp_minus(vreal t) {
 #if SPHI_DOUBLE

@@ -81,37 +81,17 @@ sph_status sphi_wcsph_check_walls(sph_integrator *flow) {
   return SPH_OK;
 }
 
-sph_status sphi_wcsph_check_crossing(sph_integrator *flow) {
-  const wcsph *w = wcsph_of(flow);
-  const sph_particles *particles = flow->particles;
-  double **x = particles->field[SPHI_X].data;
-  for (int32_t c = 0; c < flow->clusters.n; c++) {
-    if (w->ghost_list.entry[c].count == 0) continue;
-    for (int32_t l = 0; l < flow->clusters.count[c]; l++) {
-      const int32_t i = flow->clusters.first[c] + l;
-      int wall = 0;
-      const double distance = wall_distance(flow, i, flow->kernel->support, &wall);
-      SPH_CHECK(
-          flow->context, distance > -WCSPH_INSIDE * particles->spacing, SPH_E_DIVERGED,
-          "particles \"%s\": particle %lld at (%g, %g, %g) m, time %g s, crossed wall \"%s\" by "
-          "%g m",
-          particles->name, (long long)particles->id[i], x[0][i], x[1][i],
-          particles->dim == 3 ? x[2][i] : 0.0, flow->stats.time,
-          sphi_wall_name(w->boundary->wall[wall]), -distance);
-    }
-  }
-  return SPH_OK;
-}
+typedef enum contact { CONTACT_NONE, CONTACT_STOPPED, CONTACT_CROSSED } contact;
 
 /* Takes from particle i the speed with which it runs into a wall that it touches, or what of it would
- * carry it through the wall within dt; puts it back if it came a little way in. Deeper in, something is
- * wrong, and sphi_wcsph_check_crossing() says so. */
-static bool stop_at_walls(sph_integrator *flow, int32_t i, double reach, double dt) {
-  const double depth = WCSPH_INSIDE * flow->particles->spacing;
+ * carry it through the wall within dt; puts it back if it came a little way in. */
+static contact stop_at_walls(sph_integrator *flow, int32_t i, double dt) {
   const sph_boundary *boundary = wcsph_of(flow)->boundary;
   const int dim = boundary->dim;
+  const double reach = WCSPH_CONTACT * flow->particles->spacing,
+               depth = WCSPH_INSIDE * flow->particles->spacing;
   double **x = flow->particles->field[SPHI_X].data, **v = flow->particles->field[SPHI_V].data;
-  bool touched = false;
+  contact found = CONTACT_NONE;
   for (int k = 0; k < boundary->walls; k++) {
     const sphi_wall_state *wall = &boundary->state[k];
     double at[SPHI_MAX_DIM], foot[SPHI_MAX_DIM], speed2 = 0;
@@ -119,35 +99,53 @@ static bool stop_at_walls(sph_integrator *flow, int32_t i, double reach, double 
       at[d] = x[d][i] - wall->displacement[d];
       speed2 += (v[d][i] - wall->velocity[d]) * (v[d][i] - wall->velocity[d]);
     }
-    const double bound = fmax(reach, sqrt(speed2) * dt);
+    /* What crossed did so within this step, at about this speed. */
+    const double bound = fmax(depth + reach, 2 * sqrt(speed2) * dt);
     const double distance = distance_to(boundary->wall[k], at, bound, foot);
     if (distance >= bound || distance == 0) continue;
+    if (distance <= -depth) return CONTACT_CROSSED;
     double away = 0, off[SPHI_MAX_DIM]; /* speed off the wall, unit vector off the wall */
     for (int d = 0; d < dim; d++) {
       off[d] = (at[d] - foot[d]) / distance;
       away += (v[d][i] - wall->velocity[d]) * off[d];
     }
-    if (distance < 0 && distance > -depth)
+    if (distance < 0)
       for (int d = 0; d < dim; d++)
         x[d][i] = foot[d] + wall->displacement[d] + 1e-3 * reach * off[d];
     const double slowest = distance < reach ? 0 : -distance / dt;
     if (away >= slowest) continue;
     for (int d = 0; d < dim; d++) v[d][i] += (slowest - away) * off[d];
-    touched = true;
+    found = CONTACT_STOPPED;
   }
-  return touched;
+  return found;
 }
 
-int64_t sphi_wcsph_stop_at_walls(sph_integrator *flow, double dt) {
+sph_status sphi_wcsph_stop_at_walls(sph_integrator *flow, double dt) {
   const wcsph *w = wcsph_of(flow);
-  if (!w->boundary) return 0;
-  const double reach = WCSPH_CONTACT * flow->particles->spacing;
+  if (!w->boundary) return SPH_OK;
   int64_t touched = 0;
-#pragma omp parallel for num_threads(flow->context->threads) schedule(static) reduction(+ : touched)
+  int32_t bad = INT32_MAX;
+#pragma omp parallel for num_threads(flow->context->threads) schedule(static) \
+    reduction(+ : touched) reduction(min : bad)
   for (int32_t c = 0; c < flow->clusters.n; c++) {
     if (w->ghost_list.entry[c].count == 0) continue;
-    for (int32_t l = 0; l < flow->clusters.count[c]; l++)
-      touched += stop_at_walls(flow, flow->clusters.first[c] + l, reach, dt);
+    for (int32_t l = 0; l < flow->clusters.count[c]; l++) {
+      const int32_t i = flow->clusters.first[c] + l;
+      const contact found = stop_at_walls(flow, i, dt);
+      touched += found == CONTACT_STOPPED;
+      if (found == CONTACT_CROSSED && i < bad) bad = i;
+    }
   }
-  return touched;
+  flow->stats.contacts += touched;
+  if (bad == INT32_MAX) return SPH_OK;
+  const sph_particles *particles = flow->particles;
+  double **x = particles->field[SPHI_X].data;
+  int wall = 0;
+  const double distance = wall_distance(flow, bad, HUGE_VAL, &wall);
+  return SPHI_ERROR(flow->context, SPH_E_DIVERGED,
+                    "particles \"%s\": particle %lld at (%g, %g, %g) m, time %g s, crossed wall "
+                    "\"%s\" by %g m",
+                    particles->name, (long long)particles->id[bad], x[0][bad], x[1][bad],
+                    particles->dim == 3 ? x[2][bad] : 0.0, flow->stats.time,
+                    sphi_wall_name(w->boundary->wall[wall]), -distance);
 }

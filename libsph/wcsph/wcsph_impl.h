@@ -63,12 +63,10 @@ double sphi_wcsph_limit(const sph_integrator *flow, sph_limiter *limiter);
 sph_status sphi_wcsph_step(sph_integrator *flow, double dt);
 /* The walls and particles fit together: nothing inside a wall, no open end under water. */
 sph_status sphi_wcsph_check_walls(sph_integrator *flow);
-/* Nothing has crossed a wall. */
-sph_status sphi_wcsph_check_crossing(sph_integrator *flow);
 /* Particles nearer to a wall than WCSPH_CONTACT spacings lose the speed at which they approach it, and
  * faster ones what would carry them through it within dt: jets thinner than the support would
  * otherwise pass between ghosts. Those that came in all the same, by less than WCSPH_INSIDE, are put
- * back. Returns how many touched. */
-int64_t sphi_wcsph_stop_at_walls(sph_integrator *flow, double dt);
+ * back; one that is deeper inside has crossed, which is an error. */
+sph_status sphi_wcsph_stop_at_walls(sph_integrator *flow, double dt);
 
 #endif

@@ -41,15 +41,23 @@ static void apply_equation_of_state(sph_integrator *flow, int32_t begin, int32_t
   }
 }
 
+/* Particles are updated in blocks, so that what one pass wrote is at hand in the next. */
+static int32_t block_count(const sph_integrator *flow) {
+  return (flow->particles->n + UPDATE_BLOCK - 1) / UPDATE_BLOCK;
+}
+
+static int32_t block_end(const sph_integrator *flow, int32_t block) {
+  const int32_t end = (block + 1) * UPDATE_BLOCK, n = flow->particles->n;
+  return end < n ? end : n;
+}
+
 /* Records from the fields: `all` values, or positions, volume and pressure alone (the density that the
- * diffusion sees then stays the one its gradient was taken of); pressures anew if `fresh`. */
-static void pack(sph_integrator *flow, bool all, bool fresh) {
-  const double begin = sphi_seconds();
+ * diffusion sees then stays the one its gradient was taken of). */
+static sphi_pack packing(sph_integrator *flow, bool all) {
   const wcsph *w = wcsph_of(flow);
   const int dim = flow->particles->dim;
-  const int32_t n = flow->particles->n, blocks = (n + UPDATE_BLOCK - 1) / UPDATE_BLOCK;
   sphi_pack to = {.frame = &flow->frame,
-                  .n = n,
+                  .n = flow->particles->n,
                   .stride = SPHI_RECORD(dim),
                   .columns = all ? dim + 3 : 2,
                   .record = flow->record};
@@ -61,10 +69,16 @@ static void pack(sph_integrator *flow, bool all, bool fresh) {
   }
   to.value[2 + dim] = field(flow, SPHI_RHO)[0];
   to.shift[2 + dim] = w->rho0;
+  return to;
+}
+
+/* Pressures anew if `fresh`. */
+static void pack(sph_integrator *flow, bool all, bool fresh) {
+  const double begin = sphi_seconds();
+  const sphi_pack to = packing(flow, all);
 #pragma omp parallel for num_threads(flow->context->threads) schedule(static)
-  for (int32_t block = 0; block < blocks; block++) {
-    const int32_t first = block * UPDATE_BLOCK,
-                  last = block < blocks - 1 ? first + UPDATE_BLOCK : n;
+  for (int32_t block = 0; block < block_count(flow); block++) {
+    const int32_t first = block * UPDATE_BLOCK, last = block_end(flow, block);
     if (fresh) apply_equation_of_state(flow, first, last);
     flow->variant->pack(&to, first, last);
   }
@@ -135,24 +149,38 @@ static void run_momentum(sph_integrator *flow, bool split) {
 
 static sph_status report_bad(sph_integrator *flow, int32_t i, double dt);
 
-/* Adds the body force at the particles' places to the acceleration field. Stops at once at values that
- * cannot be: a later evaluation would spread them over their neighbours. */
-static sph_status add_body_force(sph_integrator *flow, double t, double dt) {
+/* Adds the body force at the places of particles begin..end-1 to their accelerations. Returns the first
+ * whose values cannot be, INT32_MAX if none: a later evaluation would spread them over its neighbours. */
+static int32_t add_body_force(sph_integrator *flow, double t, int32_t begin, int32_t end) {
   const wcsph *w = wcsph_of(flow);
   const int dim = flow->particles->dim;
   double **a = field(flow, w->acceleration), **x = field(flow, SPHI_X);
   const array rho = field(flow, SPHI_RHO)[0];
+  for (int32_t i = begin; i < end && w->force.function; i++) {
+    double f[SPHI_MAX_DIM] = {0}, at[SPHI_MAX_DIM];
+    for (int d = 0; d < dim; d++) at[d] = x[d][i];
+    w->force.function(t, at, f, w->force.user);
+    for (int d = 0; d < dim; d++) a[d][i] += f[d];
+  }
+  for (int d = 0; d < dim; d++) {
+    array along = a[d];
+    const double constant = w->force.constant[d];
+    for (int32_t i = begin; i < end; i++) along[i] += constant;
+  }
+  for (int32_t i = begin; i < end; i++) {
+    double a2 = 0;
+    for (int d = 0; d < dim; d++) a2 += a[d][i] * a[d][i];
+    if (!(a2 < HUGE_VAL && rho[i] > 0)) return i;
+  }
+  return INT32_MAX;
+}
+
+static sph_status add_body_forces(sph_integrator *flow, double t, double dt) {
   int32_t bad = INT32_MAX;
 #pragma omp parallel for num_threads(flow->context->threads) schedule(static) reduction(min : bad)
-  for (int32_t i = 0; i < flow->particles->n; i++) {
-    double f[SPHI_MAX_DIM] = {0}, at[SPHI_MAX_DIM], a2 = 0;
-    for (int d = 0; d < dim; d++) at[d] = x[d][i];
-    if (w->force.function) w->force.function(t, at, f, w->force.user);
-    for (int d = 0; d < dim; d++) {
-      a[d][i] += w->force.constant[d] + f[d];
-      a2 += a[d][i] * a[d][i];
-    }
-    if (!(a2 < HUGE_VAL && rho[i] > 0) && i < bad) bad = i;
+  for (int32_t block = 0; block < block_count(flow); block++) {
+    const int32_t found = add_body_force(flow, t, block * UPDATE_BLOCK, block_end(flow, block));
+    if (found < bad) bad = found;
   }
   return bad == INT32_MAX ? SPH_OK : report_bad(flow, bad, dt);
 }
@@ -225,13 +253,12 @@ static sph_status report_bad(sph_integrator *flow, int32_t i, double dt) {
 static sph_status check_state(sph_integrator *flow, double dt) {
   wcsph *w = wcsph_of(flow);
   const int dim = flow->particles->dim;
-  const int32_t n = flow->particles->n, blocks = (n + UPDATE_BLOCK - 1) / UPDATE_BLOCK;
   double **x = field(flow, SPHI_X), **v = field(flow, SPHI_V), **a = field(flow, w->acceleration);
   const array rho = field(flow, SPHI_RHO)[0];
   const double most2 = pow(flow->particles->spacing / dt, 2);
 #pragma omp parallel for num_threads(flow->context->threads) schedule(static)
-  for (int32_t block = 0; block < blocks; block++) {
-    const int32_t end = block < blocks - 1 ? (block + 1) * UPDATE_BLOCK : n;
+  for (int32_t block = 0; block < block_count(flow); block++) {
+    const int32_t end = block_end(flow, block);
     sphi_extremes found = {0, 0, -1};
     for (int32_t i = block * UPDATE_BLOCK; i < end; i++) {
       double v2 = 0, a2 = 0;
@@ -250,7 +277,7 @@ static sph_status check_state(sph_integrator *flow, double dt) {
     w->block[block] = found;
   }
   sphi_extremes all = {0, 0, -1};
-  for (int32_t block = blocks - 1; block >= 0; block--) {
+  for (int32_t block = block_count(flow) - 1; block >= 0; block--) {
     if (w->block[block].bad >= 0) all.bad = w->block[block].bad;
     all.speed2 = fmax(all.speed2, w->block[block].speed2);
     all.acceleration2 = fmax(all.acceleration2, w->block[block].acceleration2);
@@ -267,11 +294,9 @@ static void finish_densities(sph_integrator *flow) {
   const wcsph *w = wcsph_of(flow);
   array rho = field(flow, SPHI_RHO)[0];
   const array lambda = w->array[WCSPH_LAMBDA];
-  const int32_t n = flow->particles->n, blocks = (n + UPDATE_BLOCK - 1) / UPDATE_BLOCK;
 #pragma omp parallel for num_threads(flow->context->threads) schedule(static)
-  for (int32_t block = 0; block < blocks; block++) {
-    const int32_t first = block * UPDATE_BLOCK,
-                  last = block < blocks - 1 ? first + UPDATE_BLOCK : n;
+  for (int32_t block = 0; block < block_count(flow); block++) {
+    const int32_t first = block * UPDATE_BLOCK, last = block_end(flow, block);
     for (int32_t i = first; i < last; i++)
       if (lambda[i] < LAMBDA_ISOLATED && rho[i] < w->rho0) rho[i] = w->rho0;
     apply_equation_of_state(flow, first, last);
@@ -290,9 +315,9 @@ static sph_status step_symplectic(sph_integrator *flow, double dt) {
   pack(flow, false, true);
   SPH_TRY(update_ghosts(flow, t));
   run_momentum(flow, false);
-  SPH_TRY(add_body_force(flow, t, dt));
+  SPH_TRY(add_body_forces(flow, t, dt));
   advance(flow, dim, field(flow, SPHI_V), dt, field(flow, w->acceleration));
-  flow->stats.contacts += sphi_wcsph_stop_at_walls(flow, dt);
+  SPH_TRY(sphi_wcsph_stop_at_walls(flow, dt));
   advance(flow, dim, field(flow, SPHI_X), dt, field(flow, SPHI_V));
   advance_diffusion(flow, dt);
   return SPH_OK;
@@ -308,10 +333,10 @@ static sph_status step_verlet(sph_integrator *flow, double dt) {
     SPH_TRY(update_ghosts(flow, t));
     run_gradient(flow);
     run_momentum(flow, false);
-    SPH_TRY(add_body_force(flow, t, dt));
+    SPH_TRY(add_body_forces(flow, t, dt));
   }
   advance(flow, dim, v, 0.5 * dt, a);
-  flow->stats.contacts += sphi_wcsph_stop_at_walls(flow, dt);
+  SPH_TRY(sphi_wcsph_stop_at_walls(flow, dt));
   advance(flow, dim, x, 0.5 * dt, v);
   pack(flow, true, true);
   SPH_TRY(update_ghosts(flow, t + 0.5 * dt));
@@ -321,7 +346,7 @@ static sph_status step_verlet(sph_integrator *flow, double dt) {
   pack(flow, false, true);
   SPH_TRY(update_ghosts(flow, t + dt));
   run_momentum(flow, false);
-  SPH_TRY(add_body_force(flow, t + dt, dt));
+  SPH_TRY(add_body_forces(flow, t + dt, dt));
   advance(flow, dim, v, 0.5 * dt, a);
   advance_diffusion(flow, dt);
   w->accelerated = true;
@@ -329,27 +354,55 @@ static sph_status step_verlet(sph_integrator *flow, double dt) {
 }
 
 /* Rates of one Runge-Kutta stage into the sums with its weight; then the next stage's state, or after
- * the last stage the new one. */
-static void stage(sph_integrator *flow, double weight, double next, bool last) {
+ * the last stage (next = 0) the new one. */
+static void advance_stage(sph_integrator *flow, double weight, double next, int32_t begin,
+                          int32_t end) {
   wcsph *w = wcsph_of(flow);
-  const int dim = flow->particles->dim;
-  double **x = field(flow, SPHI_X), **v = field(flow, SPHI_V), **a = field(flow, w->acceleration);
-  array rho = field(flow, SPHI_RHO)[0];
+  const bool last = next == 0;
   double *const *of = w->array;
-#pragma omp parallel for num_threads(flow->context->threads) schedule(static)
-  for (int32_t i = 0; i < flow->particles->n; i++) {
-    double rate = -rho[i] * of[WCSPH_DIVERGENCE][i];
-    if (w->diffusion != SPH_DIFFUSION_NONE) rate += of[WCSPH_DIFFUSION][i];
-    of[WCSPH_SUM_RHO][i] += weight * rate;
-    rho[i] = of[WCSPH_OLD_RHO][i] + (last ? of[WCSPH_SUM_RHO][i] : next * rate);
-    for (int d = 0; d < dim; d++) {
-      const double push = a[d][i] + of[WCSPH_VISCOUS + d][i], speed = v[d][i];
-      of[WCSPH_SUM_X + d][i] += weight * speed;
-      of[WCSPH_SUM_V + d][i] += weight * push;
-      x[d][i] = of[WCSPH_OLD_X + d][i] + (last ? of[WCSPH_SUM_X + d][i] : next * speed);
-      v[d][i] = of[WCSPH_OLD_V + d][i] + (last ? of[WCSPH_SUM_V + d][i] : next * push);
+  const array divergence = of[WCSPH_DIVERGENCE], diffusion = of[WCSPH_DIFFUSION],
+              rho_old = of[WCSPH_OLD_RHO];
+  array rho = field(flow, SPHI_RHO)[0], rho_sum = of[WCSPH_SUM_RHO];
+  const bool diffuse = w->diffusion != SPH_DIFFUSION_NONE;
+  for (int32_t i = begin; i < end; i++) {
+    const double rate = (diffuse ? diffusion[i] : 0) - rho[i] * divergence[i];
+    const double sum = rho_sum[i] + weight * rate;
+    rho_sum[i] = sum;
+    rho[i] = rho_old[i] + (last ? sum : next * rate);
+  }
+  for (int d = 0; d < flow->particles->dim; d++) {
+    array x = field(flow, SPHI_X)[d], v = field(flow, SPHI_V)[d];
+    array x_sum = of[WCSPH_SUM_X + d], v_sum = of[WCSPH_SUM_V + d];
+    const array x_old = of[WCSPH_OLD_X + d], v_old = of[WCSPH_OLD_V + d],
+                a = field(flow, w->acceleration)[d], viscous = of[WCSPH_VISCOUS + d];
+    for (int32_t i = begin; i < end; i++) {
+      const double push = a[i] + viscous[i], speed = v[i];
+      const double x_new = x_sum[i] + weight * speed, v_new = v_sum[i] + weight * push;
+      x_sum[i] = x_new;
+      v_sum[i] = v_new;
+      x[i] = x_old[i] + (last ? x_new : next * speed);
+      v[i] = v_old[i] + (last ? v_new : next * push);
     }
   }
+}
+
+/* What follows the pair sums of a stage, ending with the records of the next. */
+static sph_status finish_stage(sph_integrator *flow, double t, double dt, double weight,
+                               double next) {
+  const sphi_pack to = packing(flow, true);
+  int32_t bad = INT32_MAX;
+#pragma omp parallel for num_threads(flow->context->threads) schedule(static) reduction(min : bad)
+  for (int32_t block = 0; block < block_count(flow); block++) {
+    const int32_t first = block * UPDATE_BLOCK, last = block_end(flow, block);
+    const int32_t found = add_body_force(flow, t, first, last);
+    if (found < bad) bad = found;
+    if (found < INT32_MAX) continue;
+    advance_stage(flow, weight, next, first, last);
+    if (next == 0) continue;
+    apply_equation_of_state(flow, first, last);
+    flow->variant->pack(&to, first, last);
+  }
+  return bad == INT32_MAX ? SPH_OK : report_bad(flow, bad, dt);
 }
 
 static void copy_state(sph_integrator *flow) {
@@ -373,7 +426,6 @@ static sph_status step_rk4(sph_integrator *flow, double dt) {
   copy_state(flow);
   for (int k = 0; k < 4; k++) {
     const double t = flow->stats.time + place[k] * dt;
-    if (k > 0) pack(flow, true, true);
     SPH_TRY(update_ghosts(flow, t));
     if (k == 0) {
       run_gradient(flow);
@@ -385,10 +437,9 @@ static sph_status step_rk4(sph_integrator *flow, double dt) {
       run(flow, SPHI_OPERATOR_rates, &a);
       flow->stats.evaluations++;
     }
-    SPH_TRY(add_body_force(flow, t, dt));
-    stage(flow, weight[k] * dt / 6, k < 3 ? place[k + 1] * dt : 0, k == 3);
+    SPH_TRY(finish_stage(flow, t, dt, weight[k] * dt / 6, k < 3 ? place[k + 1] * dt : 0));
   }
-  flow->stats.contacts += sphi_wcsph_stop_at_walls(flow, dt);
+  SPH_TRY(sphi_wcsph_stop_at_walls(flow, dt));
   return SPH_OK;
 }
 
@@ -481,7 +532,7 @@ static sph_status build(sph_integrator *flow) {
   SPH_TRY(sphi_list_build(flow->context, &w->ghost_list, &flow->frame, &flow->clusters,
                           &w->boundary->columns, radius));
   flow->stats.seconds_search += sphi_seconds() - begin;
-  return w->prepared ? sphi_wcsph_check_crossing(flow) : SPH_OK;
+  return SPH_OK;
 }
 
 /* Bounding box of particles and ghosts, made larger by its own size. */
