@@ -6,7 +6,7 @@
  *            With --dim 3 a column of 1.0 x 0.5 x 0.5 m in a box of 2.0 x 0.5 x 1.5 m.
  * Reference  Huang et al. (2019), section 4.2; measured wall pressure: Buchner (2002); fronts: Martin and
  *            Moyce (1952), Koshizuka and Oka (1996)
- * Build      cc -O2 dam_break.c common/example.c -o dam_break -lsph -lm
+ * Build      cc -O2 dam_break.c common/example.c common/flow.c -o dam_break -lsph -lm
  * Run        ./dam_break --dx 0.01 --out dam_break.out --summary dam_break.json
  * Expect     last line: "dam_break: nothing left the tank"
  *
@@ -17,41 +17,23 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/example.h"
+#include "common/flow.h"
 
 /* Places: x along the tank, in 3D y across it; height is the last axis, `up`. */
 typedef struct setup {
-  double dx, length, height, tank, width, top, c0_factor, h_ratio, courant, dt, end, alpha, delta;
-  double gravity, density, c0, h; /* derived */
-  int dim, up, threads, vtk, pictures;
+  double dx, length, height, tank, width, top, end, gravity, density, c0;
+  int dim, up, vtk, pictures;
   bool quick;
-  const char *interpolator, *kernel, *stepper, *isa, *out, *summary;
+  example_scheme scheme;
+  const char *out, *summary;
 } setup;
 
-static setup defaults(void) {
-  return (setup){.dx = 0,
-                 .length = 0,
-                 .height = 0,
-                 .tank = 0,
-                 .width = 0.5,
-                 .top = 0,
-                 .dim = 2,
-                 .c0_factor = 20,
-                 .h_ratio = 0,
-                 .end = 7.4,
-                 .alpha = 0.02,
-                 .delta = 0.1,
-                 .gravity = 9.81,
-                 .density = 1000,
-                 .interpolator = "improved-shepard",
-                 .kernel = "",
-                 .stepper = "",
-                 .isa = "auto",
-                 .out = "",
-                 .summary = ""};
-}
-
 static void parse(int argc, char **argv, setup *s) {
+  *s = (setup){.dim = 2, .width = 0.5, .end = 7.4, .gravity = 9.81, .density = 1000};
+  s->scheme = (example_scheme)EXAMPLE_SCHEME;
+  s->scheme.c0_factor = 20;
+  s->scheme.kernel = s->out = s->summary = "";
+  s->scheme.h_ratio = 0;
   const example_option options[] = {
       OPTION_INTEGER("--dim", s->dim, 2, 3, "2 or 3 dimensions"),
       OPTION_NUMBER("--dx", s->dx, 1e-5, 1, "spacing [m]; 0.004, 3D 0.5/31"),
@@ -62,17 +44,7 @@ static void parse(int argc, char **argv, setup *s) {
       OPTION_NUMBER("--top", s->top, 1e-3, 1000,
                     "height of the side walls [m], of the lid in 3D; 8 H, 3D 3 H"),
       OPTION_NUMBER("--end-t-star", s->end, 1e-6, 1000, "end, t sqrt(g/H)"),
-      OPTION_NUMBER("--c0", s->c0_factor, 5, 200, "sound speed / sqrt(g H)"),
-      OPTION_TEXT("--interpolator", s->interpolator, "improved-shepard, normalized, mls-linear"),
-      OPTION_TEXT("--kernel", s->kernel, "gaussian, wendland-c2, ...; gaussian, 3D wendland-c2"),
-      OPTION_NUMBER("--h", s->h_ratio, 0.8, 4, "smoothing length / dx; 1.3, 3D 1.5"),
-      OPTION_TEXT("--stepper", s->stepper, "symplectic, verlet, rk4; without it the library's own"),
-      OPTION_NUMBER("--courant", s->courant, 0, 10, "Courant number, 0: the scheme's own"),
-      OPTION_NUMBER("--dt", s->dt, 0, 1, "fixed step [s], 0: follow the limits"),
-      OPTION_NUMBER("--alpha", s->alpha, 0, 1, "artificial viscosity"),
-      OPTION_NUMBER("--delta", s->delta, 0, 1, "density diffusion"),
-      OPTION_INTEGER("--threads", s->threads, 0, 1024, "0: one for each processor"),
-      OPTION_TEXT("--isa", s->isa, "auto, baseline, avx2, avx512"),
+      EXAMPLE_SCHEME_OPTIONS(s->scheme, "; gaussian, 3D wendland-c2", "; 1.3, 3D 1.5"),
       OPTION_TEXT("--out", s->out, "folder for CSV, pictures and VTK; without it none"),
       OPTION_TEXT("--summary", s->summary, "file for the figures as JSON"),
       OPTION_INTEGER("--vtk", s->vtk, 0, 100000, "frames for ParaView"),
@@ -85,34 +57,29 @@ static void parse(int argc, char **argv, setup *s) {
   if (s->length == 0) s->length = flat ? 1.2 : 1.0;
   if (s->tank == 0) s->tank = flat ? 5.366 * s->height : 4 * s->height;
   if (s->top == 0) s->top = flat ? 8 * s->height : 3 * s->height;
-  if (s->h_ratio == 0) s->h_ratio = flat ? 1.3 : 1.5;
-  if (*s->kernel == '\0') s->kernel = flat ? "gaussian" : "wendland-c2";
+  if (s->scheme.h_ratio == 0) s->scheme.h_ratio = flat ? 1.3 : 1.5;
+  if (*s->scheme.kernel == '\0') s->scheme.kernel = flat ? "gaussian" : "wendland-c2";
   if (s->quick) s->end = fmin(s->end, 2.8);
   if (s->dx == 0) s->dx = flat ? (s->quick ? 0.03 : 0.004) : (s->quick ? 0.5 / 8 : 0.5 / 31);
   if (s->tank < s->length + s->dx)
     example_refuse("--tank", "must exceed the column, got %g", s->tank);
   if ((s->vtk > 0 || s->pictures > 0) && *s->out == '\0')
     example_refuse(s->vtk > 0 ? "--vtk" : "--pictures", "wants a folder, --out");
-  s->h = s->h_ratio * s->dx;
-  s->c0 = s->c0_factor * sqrt(s->gravity * s->height);
+  s->c0 = s->scheme.c0_factor * sqrt(s->gravity * s->height);
   s->up = s->dim - 1;
 }
 
-/* Everything that the run holds. */
-typedef struct state {
-  sph_context *context;
-  sph_kernel *kernel;
-  sph_particles *water;
-  sph_wall *tank;
-  sph_interpolator *interpolator;
-  sph_boundary *ghosts;
-  sph_integrator *integrator;
-  sph_probe *p1_disc, *p1_point, *p1_edge, *front, *column, *energy, *mass;
-  sph_output *vtk;
-  double asymmetry_early;
-} state;
+enum { P1_DISC, P1_POINT, P1_EDGE, FRONT, COLUMN, ENERGY, MASS, PROBES };
+static const char *const files[PROBES] = {"p1_plate.csv", "p1_point.csv", "p1_edge.csv",
+                                          "front.csv",    "column.csv",   "energy.csv",
+                                          "mass.csv"};
 
-static void start_from_laplace(const setup *s, state *f) {
+/* What is measured between the steps; NaN until it happens. */
+typedef struct moments {
+  double asymmetry_early, cavity_closes;
+} moments;
+
+static void start_from_laplace(const setup *s, example_flow *f) {
   sph_context *context = f->context;
   const int64_t n = sph_particles_count(f->water);
   double *x = example_numbers(n * (s->dim + 3)), *section = x + n * s->dim,
@@ -128,45 +95,23 @@ static void start_from_laplace(const setup *s, state *f) {
   free(x);
 }
 
-static void create_flow(const setup *s, state *f) {
-  sph_context *context = NULL;
-  if (sph_context_create(&context) != SPH_OK) exit(1);
-  f->context = context;
-  OK(sph_context_set_threads(context, example_threads(s->threads)));
-  OK(sph_context_set_isa(context, example_isa(s->isa)));
-  sph_kernel_type kernel;
-  sph_interpolator_type interpolator;
-  sph_stepper stepper = SPH_STEPPER_RK4;
-  OK(sph_kernel_find(context, s->kernel, &kernel));
-  OK(sph_interpolator_find(context, s->interpolator, &interpolator));
-  const bool own = *s->stepper == '\0';
-  if (!own) OK(sph_stepper_find(context, s->stepper, &stepper));
-
+static void create_flow(const setup *s, example_flow *f) {
   const double lo[3] = {0, 0, 0};
   const double column[3] = {s->length, s->dim == 2 ? s->height : s->width, s->height};
   const double tank[3] = {s->tank, s->dim == 2 ? s->top : s->width, s->top};
-  OK(sph_kernel_create(context, kernel, s->dim, s->h, &f->kernel));
-  OK(sph_particles_create(context, s->dim, s->dx, &f->water));
-  OK(sph_particles_set_name(f->water, "water"));
+  example_flow_open(&s->scheme, s->dim, s->dx, f);
+  sph_context *context = f->context;
   OK(sph_particles_fill_box(f->water, lo, column, s->density));
   /* The tank is open above, so high that no splash gets out; the box in 3D has a lid. */
   OK(sph_wall_create_box(context, s->dim, lo, tank, s->dim == 2 ? SPH_SIDE_HI(1) : 0, &f->tank));
-  OK(sph_interpolator_create(context, interpolator, f->kernel, &f->interpolator));
-  OK(sph_boundary_create(context, f->tank, s->dx, f->interpolator, &f->ghosts));
-  OK(sph_wcsph_create(context, f->kernel, f->water, f->ghosts, &f->integrator));
-  OK(sph_wcsph_set_sound_speed(f->integrator, s->c0));
-  OK(sph_wcsph_set_artificial_viscosity(f->integrator, s->alpha));
-  OK(sph_wcsph_set_diffusion(f->integrator, SPH_DIFFUSION_DELTA, s->delta));
-  if (!own) OK(sph_integrator_set_stepper(f->integrator, stepper));
-  OK(sph_integrator_set_courant(f->integrator, s->courant));
-  OK(sph_integrator_set_dt(f->integrator, s->dt));
+  example_flow_solve(&s->scheme, s->c0, f);
   start_from_laplace(s, f);
 }
 
 /* Buchner's gauge is a plate of 90 mm centred 0.16 m above the bed of his tank, H = 0.6 m; P1 is its
  * lower edge, 0.19 H, where published computations are compared with it. Other columns get them in
  * proportion. In 3D the plate is a segment across it. Sampled at 0.8 kHz. */
-static void create_probes(const setup *s, state *f) {
+static void create_probes(const setup *s, example_flow *f) {
   sph_context *context = f->context;
   const double sample = 0.005 * sqrt(s->height / s->gravity);
   const double middle = 0.16 / 0.6 * s->height, diameter = 0.09 / 0.6 * s->height;
@@ -180,19 +125,17 @@ static void create_probes(const setup *s, state *f) {
   above[s->up] += diameter / 2;
   sph_integrator *flow = f->integrator;
   if (s->dim == 2)
-    OK(sph_probe_create_pressure_disc(flow, point, up, diameter, 9, &f->p1_disc));
+    OK(sph_probe_create_pressure_disc(flow, point, up, diameter, 9, &f->probes[P1_DISC]));
   else
-    OK(sph_probe_create_pressure_average(flow, below, above, 9, &f->p1_disc));
-  OK(sph_probe_create_pressure(flow, point, &f->p1_point));
-  OK(sph_probe_create_pressure(flow, below, &f->p1_edge));
-  OK(sph_probe_create_front(flow, 0, 1, &f->front));
-  OK(sph_probe_create_elevation(flow, foot, up, s->top, &f->column));
-  OK(sph_probe_create_energy(flow, &f->energy));
-  OK(sph_probe_create_mass(flow, &f->mass));
-  sph_probe *const all[] = {f->p1_disc, f->p1_point, f->p1_edge, f->front,
-                            f->column,  f->energy,   f->mass};
-  for (int k = 0; k < 7; k++) OK(sph_probe_set_interval(all[k], sample));
-  for (int k = 0; k < 7; k++) OK(sph_probe_sample(all[k]));
+    OK(sph_probe_create_pressure_average(flow, below, above, 9, &f->probes[P1_DISC]));
+  OK(sph_probe_create_pressure(flow, point, &f->probes[P1_POINT]));
+  OK(sph_probe_create_pressure(flow, below, &f->probes[P1_EDGE]));
+  OK(sph_probe_create_front(flow, 0, 1, &f->probes[FRONT]));
+  OK(sph_probe_create_elevation(flow, foot, up, s->top, &f->probes[COLUMN]));
+  OK(sph_probe_create_energy(flow, &f->probes[ENERGY]));
+  OK(sph_probe_create_mass(flow, &f->probes[MASS]));
+  for (int k = 0; k < PROBES; k++) OK(sph_probe_set_interval(f->probes[k], sample));
+  for (int k = 0; k < PROBES; k++) OK(sph_probe_sample(f->probes[k]));
   if (s->vtk == 0) return;
   OK(sph_output_create_vtk(context, example_path(s->out, "vtk"), "water", &f->vtk));
   OK(sph_output_add_field(f->vtk, SPH_VELOCITY));
@@ -202,7 +145,7 @@ static void create_probes(const setup *s, state *f) {
 
 /* How far particles are from the mirror image of their partners in y: 3D alone, where the lattice was
  * filled with the last direction running fastest. */
-static double asymmetry(const setup *s, state *f) {
+static double asymmetry(const setup *s, example_flow *f) {
   sph_context *context = f->context;
   const int64_t n = sph_particles_count(f->water);
   const int64_t up = (int64_t)(s->height / s->dx + 1e-6),
@@ -220,25 +163,77 @@ static double asymmetry(const setup *s, state *f) {
   return worst / s->dx;
 }
 
-/* Frames are taken at the first step at or after their time: they do not change the steps. */
-static sph_status run(const setup *s, state *f) {
+/* Paints the air that hangs together with cell `start` (4-connected); returns its number of cells. */
+static int64_t flood(bool *air, int columns, int64_t cells, int64_t start, int64_t *stack) {
+  int64_t count = 0, waiting = 0;
+  if (!air[start]) return 0;
+  air[start] = false;
+  stack[waiting++] = start;
+  for (; waiting > 0; count++) {
+    const int64_t c = stack[--waiting];
+    const int64_t next[4] = {c % columns > 0 ? c - 1 : c, (c + 1) % columns > 0 ? c + 1 : c,
+                             c - columns, c + columns};
+    for (int k = 0; k < 4; k++) {
+      if (next[k] < 0 || next[k] >= cells || !air[next[k]]) continue;
+      air[next[k]] = false;
+      stack[waiting++] = next[k];
+    }
+  }
+  return count;
+}
+
+/* Area of the largest region of air that water and walls cut off from the air above, 2D alone: what the
+ * plunging jet encloses when its tip reaches the water on the bed. Water is each cell of 2 dx with a
+ * particle in it, so that a gap below 2 to 4 dx counts as closed. */
+static double enclosed_air(const setup *s, example_flow *f) {
   sph_context *context = f->context;
-  const double end = s->end * sqrt(s->height / s->gravity);
+  const int columns = (int)(s->tank / (2 * s->dx)), rows = (int)(s->top / (2 * s->dx));
+  const double wide = s->tank / columns, high = s->top / rows;
+  const int64_t n = sph_particles_count(f->water), cells = (int64_t)columns * rows;
+  double *x = example_numbers(2 * n);
+  bool *air = example_memory(cells, sizeof *air);
+  int64_t *stack = example_memory(cells, sizeof *stack), largest = 0;
+  OK(sph_particles_read(f->water, SPH_POSITION, x, 2 * n));
+  for (int64_t c = 0; c < cells; c++) air[c] = true;
+  for (int64_t i = 0; i < n; i++) {
+    const double column = floor(x[2 * i] / wide), row = floor(x[2 * i + 1] / high);
+    if (column >= 0 && column < columns && row >= 0 && row < rows)
+      air[(int64_t)row * columns + (int64_t)column] = false;
+  }
+  for (int64_t c = cells - columns; c < cells; c++) flood(air, columns, cells, c, stack);
+  for (int64_t c = 0; c < cells; c++) {
+    const int64_t region = flood(air, columns, cells, c, stack);
+    if (region > largest) largest = region;
+  }
+  free(stack);
+  free(air);
+  free(x);
+  return (double)largest * wide * high;
+}
+
+/* Measures and writes between the steps, which stay as they are. */
+static sph_status run(const setup *s, example_flow *f, moments *m) {
+  sph_context *context = f->context;
+  const double second = sqrt(s->height / s->gravity), end = s->end * second;
   example_progress progress = {0};
   sph_status status = SPH_OK;
+  double look = 4 * second;
   int frame = 0, picture = 0;
   for (;;) {
     const double t = sph_integrator_time(f->integrator);
-    const double part = t >= end ? 1 : t / end;
-    if (frame < s->vtk && part * (s->vtk - 1) >= frame) {
+    if (example_frame_due(t, end, s->vtk, frame)) {
       OK(sph_output_write(f->vtk, f->water, t));
       frame++;
     }
-    if (picture < s->pictures && part * (s->pictures - 1) >= picture)
+    if (example_frame_due(t, end, s->pictures, picture))
       example_picture_write(context, f->water, s->out, picture++, t, s->height, s->gravity,
                             s->density);
-    if (s->dim == 3 && isnan(f->asymmetry_early) && t >= sqrt(s->height / s->gravity))
-      f->asymmetry_early = asymmetry(s, f);
+    if (s->dim == 3 && isnan(m->asymmetry_early) && t >= second)
+      m->asymmetry_early = asymmetry(s, f);
+    if (s->dim == 2 && isnan(m->cavity_closes) && t >= look) {
+      if (enclosed_air(s, f) > 0.01 * s->height * s->height) m->cavity_closes = t;
+      look += 0.02 * second;
+    }
     if (t >= end) break;
     status = sph_integrator_step(f->integrator);
     if (status != SPH_OK) break;
@@ -249,7 +244,7 @@ static sph_status run(const setup *s, state *f) {
 }
 
 /* Particles behind the walls, or above them. */
-static int64_t count_lost(const setup *s, state *f, int64_t at_start) {
+static int64_t count_lost(const setup *s, example_flow *f, int64_t at_start) {
   sph_context *context = f->context;
   const int64_t n = sph_particles_count(f->water);
   double *x = example_numbers(n * s->dim);
@@ -265,15 +260,15 @@ static int64_t count_lost(const setup *s, state *f, int64_t at_start) {
 }
 
 /* The figures; docs/examples.md says what each one is. t* = t sqrt(g/H). */
-static void summarise(const setup *s, state *f, example_summary *summary) {
+static void summarise(const setup *s, example_flow *f, const moments *m, example_summary *summary) {
   sph_context *context = f->context;
   const double second = sqrt(s->gravity / s->height);
   const double bar = s->density * s->gravity * s->height;
-  example_series front = example_series_read(context, f->front, 0);
-  example_series disc = example_series_read(context, f->p1_disc, 0);
-  example_series point = example_series_read(context, f->p1_point, 0);
-  example_series edge = example_series_read(context, f->p1_edge, 0);
-  example_series energy = example_series_read(context, f->energy, 3);
+  example_series front = example_series_read(context, f->probes[FRONT], 0);
+  example_series disc = example_series_read(context, f->probes[P1_DISC], 0);
+  example_series point = example_series_read(context, f->probes[P1_POINT], 0);
+  example_series edge = example_series_read(context, f->probes[P1_EDGE], 0);
+  example_series energy = example_series_read(context, f->probes[ENERGY], 3);
   const example_peak first = example_series_peak(&edge, 0, 3 / second, 0.1 / second);
   const example_peak last = example_series_peak(&edge, 5 / second, INFINITY, 0.1 / second);
   double growth = 0, lowest = energy.v[0];
@@ -294,8 +289,14 @@ static void summarise(const setup *s, state *f, example_summary *summary) {
                          example_series_mean(&point, 3 / second, 5 / second) / bar);
   example_summary_number(summary, "p1_second_peak_t_star", second * last.t);
   example_summary_number(summary, "p1_second_peak_over_rho_g_h", last.v / bar);
+  if (s->dim == 2)
+    example_summary_number(summary, "cavity_closes_t_star", second * m->cavity_closes);
   example_summary_number(summary, "energy_growth_max_rel", growth / fabs(energy.v[0]));
   example_summary_number(summary, "energy_end_rel", energy.v[energy.n - 1] / energy.v[0]);
+  if (s->dim == 3) {
+    example_summary_number(summary, "asymmetry_early_max_over_dx", m->asymmetry_early);
+    example_summary_number(summary, "asymmetry_end_max_over_dx", asymmetry(s, f));
+  }
   free(front.t);
   free(disc.t);
   free(point.t);
@@ -303,57 +304,28 @@ static void summarise(const setup *s, state *f, example_summary *summary) {
   free(energy.t);
 }
 
-static void write_series(const setup *s, state *f) {
-  sph_context *context = f->context;
-  if (*s->out == '\0') return;
-  OK(sph_probe_write_csv(f->p1_disc, example_path(s->out, "p1_plate.csv")));
-  OK(sph_probe_write_csv(f->p1_point, example_path(s->out, "p1_point.csv")));
-  OK(sph_probe_write_csv(f->p1_edge, example_path(s->out, "p1_edge.csv")));
-  OK(sph_probe_write_csv(f->front, example_path(s->out, "front.csv")));
-  OK(sph_probe_write_csv(f->column, example_path(s->out, "column.csv")));
-  OK(sph_probe_write_csv(f->energy, example_path(s->out, "energy.csv")));
-  OK(sph_probe_write_csv(f->mass, example_path(s->out, "mass.csv")));
-}
-
-static void destroy(state *f) {
-  sph_output_destroy(&f->vtk);
-  sph_probe *probes[] = {f->p1_disc, f->p1_point, f->p1_edge, f->front,
-                         f->column,  f->energy,   f->mass};
-  for (int k = 0; k < 7; k++) sph_probe_destroy(&probes[k]);
-  sph_integrator_destroy(&f->integrator);
-  sph_boundary_destroy(&f->ghosts);
-  sph_interpolator_destroy(&f->interpolator);
-  sph_wall_destroy(&f->tank);
-  sph_particles_destroy(&f->water);
-  sph_kernel_destroy(&f->kernel);
-  sph_context_destroy(&f->context);
-}
-
 int main(int argc, char **argv) {
-  setup s = defaults();
-  state f = {.asymmetry_early = NAN};
+  setup s;
+  example_flow f = {0};
+  moments m = {NAN, NAN};
   example_summary summary = {0};
   parse(argc, argv, &s);
   create_flow(&s, &f);
   create_probes(&s, &f);
   const int64_t particles = sph_particles_count(f.water);
   const double start = example_clock();
-  const sph_status status = run(&s, &f);
+  const sph_status status = run(&s, &f, &m);
   const double seconds = example_clock() - start;
 
   /* A run that stopped still tells what it has measured. */
-  summarise(&s, &f, &summary);
-  if (s.dim == 3) {
-    example_summary_number(&summary, "asymmetry_early_max_over_dx", f.asymmetry_early);
-    example_summary_number(&summary, "asymmetry_end_max_over_dx", asymmetry(&s, &f));
-  }
+  summarise(&s, &f, &m, &summary);
   const int64_t lost = count_lost(&s, &f, particles);
   example_summary_integer(&summary, "particles_lost", lost);
-  example_summary_flow(&summary, f.context, f.integrator, f.ghosts, seconds);
-  write_series(&s, &f);
+  example_summary_flow(&summary, &f, seconds);
+  if (*s.out != '\0') example_flow_write_series(&f, s.out, PROBES, files);
   example_summary_write(&summary, s.summary);
   example_check(status, f.context, "sph_integrator_step(flow)");
-  destroy(&f);
+  example_flow_destroy(&f);
   if (lost > 0) printf("dam_break: %lld particles left the tank\n", (long long)lost);
   if (lost == 0) printf("dam_break: nothing left the tank\n");
   return lost > 0;

@@ -5,7 +5,7 @@
  *            against rho g (H - y). --tank inclined leans the right wall outward (120 degrees inside);
  *            --tank step raises the bed by 0.1 m from x = 0.5 m on (a re-entrant corner).
  * Reference  Huang et al. (2019), section 4.1
- * Build      cc -O2 hydrostatic.c common/example.c -o hydrostatic -lsph -lm
+ * Build      cc -O2 hydrostatic.c common/example.c common/flow.c -o hydrostatic -lsph -lm
  * Run        ./hydrostatic --end 2 --out hydrostatic.out --summary hydrostatic.json
  * Expect     last line: "hydrostatic: the water stayed in the tank"
  *
@@ -16,48 +16,29 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/example.h"
+#include "common/flow.h"
 
 static const double length = 1, depth = 0.3, step_at = 0.5, step_height = 0.1, gravity = 9.81,
                     density = 1000;
 static const double gauges[4] = {0, 0.1, 0.2, 0.25}; /* heights on the left wall */
-enum { GAUGES = 4 };
+enum { GAUGES = 4, ENERGY = GAUGES, FORCE, SURFACE, PROBES };
+static const char *const files[PROBES] = {"p0.csv",     "p1.csv",    "p2.csv",     "p3.csv",
+                                          "energy.csv", "force.csv", "surface.csv"};
 
 typedef struct setup {
-  double dx, h_ratio, c0_factor, dt, courant, end, alpha, delta;
-  int threads, vtk;
+  double dx, end;
+  int vtk;
   bool quick;
-  const char *tank, *interpolator, *kernel, *stepper, *isa, *out, *summary;
+  example_scheme scheme;
+  const char *tank, *out, *summary;
 } setup;
-
-typedef struct state {
-  sph_context *context;
-  sph_kernel *kernel;
-  sph_particles *water;
-  sph_wall *tank;
-  sph_interpolator *interpolator;
-  sph_boundary *ghosts;
-  sph_integrator *integrator;
-  sph_probe *pressure[GAUGES], *force, *energy, *surface;
-  sph_output *vtk;
-} state;
 
 static void parse(int argc, char **argv, setup *s) {
   const example_option options[] = {
       OPTION_NUMBER("--dx", s->dx, 1e-4, 0.05, "spacing [m]"),
       OPTION_TEXT("--tank", s->tank, "box, inclined, step"),
       OPTION_NUMBER("--end", s->end, 1e-6, 1e4, "end [s]"),
-      OPTION_NUMBER("--c0", s->c0_factor, 5, 200, "sound speed / sqrt(g H)"),
-      OPTION_TEXT("--interpolator", s->interpolator, "improved-shepard, normalized, mls-linear"),
-      OPTION_TEXT("--kernel", s->kernel, "gaussian, wendland-c2, ..."),
-      OPTION_NUMBER("--h", s->h_ratio, 0.8, 4, "smoothing length / dx"),
-      OPTION_TEXT("--stepper", s->stepper, "symplectic, verlet, rk4; without it the library's own"),
-      OPTION_NUMBER("--dt", s->dt, 0, 1, "fixed step [s], 0: follow the limits"),
-      OPTION_NUMBER("--courant", s->courant, 0, 10, "Courant number, 0: the scheme's own"),
-      OPTION_NUMBER("--alpha", s->alpha, 0, 1, "artificial viscosity"),
-      OPTION_NUMBER("--delta", s->delta, 0, 1, "density diffusion"),
-      OPTION_INTEGER("--threads", s->threads, 0, 1024, "0: one for each processor"),
-      OPTION_TEXT("--isa", s->isa, "auto, baseline, avx2, avx512"),
+      EXAMPLE_SCHEME_OPTIONS(s->scheme, "", ""),
       OPTION_TEXT("--out", s->out, "folder for CSV, picture and VTK; without it none"),
       OPTION_TEXT("--summary", s->summary, "file for the figures as JSON"),
       OPTION_INTEGER("--vtk", s->vtk, 0, 100000, "frames for ParaView"),
@@ -73,7 +54,7 @@ static void parse(int argc, char **argv, setup *s) {
 }
 
 /* The walls rise at least a kernel's support above the water. */
-static void create_tank(const setup *s, state *f) {
+static void create_tank(const setup *s, example_flow *f) {
   sph_context *context = f->context;
   const double top = depth + fmax(0.1, 1.5 * sph_kernel_get_support(f->kernel)),
                slope = sqrt(1.0 / 3);
@@ -91,7 +72,7 @@ static void create_tank(const setup *s, state *f) {
 
 /* Rows of particles, each stretched a little so that it ends half a spacing from its walls; volumes add
  * up to the water's. In the box and above the step this is the plain lattice. */
-static void fill(const setup *s, state *f) {
+static void fill(const setup *s, example_flow *f) {
   sph_context *context = f->context;
   const int rows = (int)(depth / s->dx + 1e-6);
   const int longest = (int)((length + depth) / s->dx) + 2;
@@ -116,7 +97,7 @@ static void fill(const setup *s, state *f) {
   free(volume);
 }
 
-static void start_at_rest(const setup *s, state *f, double c0) {
+static void start_at_rest(const setup *s, example_flow *f, double c0) {
   sph_context *context = f->context;
   const int64_t n = sph_particles_count(f->water);
   double *x = example_numbers(3 * n), *pressure = x + 2 * n;
@@ -128,63 +109,38 @@ static void start_at_rest(const setup *s, state *f, double c0) {
   free(x);
 }
 
-static void create_flow(const setup *s, state *f) {
-  sph_context *context = NULL;
-  if (sph_context_create(&context) != SPH_OK) exit(1);
-  f->context = context;
-  OK(sph_context_set_threads(context, example_threads(s->threads)));
-  OK(sph_context_set_isa(context, example_isa(s->isa)));
-  sph_kernel_type kernel;
-  sph_interpolator_type interpolator;
-  sph_stepper stepper = SPH_STEPPER_RK4;
-  OK(sph_kernel_find(context, s->kernel, &kernel));
-  OK(sph_interpolator_find(context, s->interpolator, &interpolator));
-  const bool own = *s->stepper == '\0';
-  if (!own) OK(sph_stepper_find(context, s->stepper, &stepper));
-  const double c0 = s->c0_factor * sqrt(gravity * depth);
-  OK(sph_kernel_create(context, kernel, 2, s->h_ratio * s->dx, &f->kernel));
-  OK(sph_particles_create(context, 2, s->dx, &f->water));
-  OK(sph_particles_set_name(f->water, "water"));
+static void create_flow(const setup *s, example_flow *f) {
+  const double c0 = s->scheme.c0_factor * sqrt(gravity * depth);
+  example_flow_open(&s->scheme, 2, s->dx, f);
   fill(s, f);
   create_tank(s, f);
-  OK(sph_interpolator_create(context, interpolator, f->kernel, &f->interpolator));
-  OK(sph_boundary_create(context, f->tank, s->dx, f->interpolator, &f->ghosts));
-  OK(sph_wcsph_create(context, f->kernel, f->water, f->ghosts, &f->integrator));
-  OK(sph_wcsph_set_sound_speed(f->integrator, c0));
-  OK(sph_wcsph_set_artificial_viscosity(f->integrator, s->alpha));
-  OK(sph_wcsph_set_diffusion(f->integrator, SPH_DIFFUSION_DELTA, s->delta));
-  if (!own) OK(sph_integrator_set_stepper(f->integrator, stepper));
-  OK(sph_integrator_set_courant(f->integrator, s->courant));
-  OK(sph_integrator_set_dt(f->integrator, s->dt));
+  example_flow_solve(&s->scheme, c0, f);
   start_at_rest(s, f, c0);
 }
 
-static void create_probes(const setup *s, state *f) {
+static void create_probes(const setup *s, example_flow *f) {
   sph_context *context = f->context;
   const double middle[2] = {length / 4, 0}, up[2] = {0, 1};
   for (int k = 0; k < GAUGES; k++) {
     const double at[2] = {0, gauges[k]};
-    OK(sph_probe_create_pressure(f->integrator, at, &f->pressure[k]));
+    OK(sph_probe_create_pressure(f->integrator, at, &f->probes[k]));
   }
-  OK(sph_probe_create_force(f->integrator, f->ghosts, 0, &f->force));
-  OK(sph_probe_create_energy(f->integrator, &f->energy));
-  OK(sph_probe_create_elevation(f->integrator, middle, up, depth + 0.05, &f->surface));
-  sph_probe *const slow[] = {f->force, f->energy, f->surface};
-  for (int k = 0; k < 3; k++) OK(sph_probe_set_interval(slow[k], 0.005));
-  for (int k = 0; k < GAUGES; k++) OK(sph_probe_set_interval(f->pressure[k], 0.005));
-  for (int k = 0; k < GAUGES; k++) OK(sph_probe_sample(f->pressure[k]));
-  OK(sph_probe_sample(f->energy));
+  OK(sph_probe_create_energy(f->integrator, &f->probes[ENERGY]));
+  OK(sph_probe_create_force(f->integrator, f->ghosts, 0, &f->probes[FORCE]));
+  OK(sph_probe_create_elevation(f->integrator, middle, up, depth + 0.05, &f->probes[SURFACE]));
+  for (int k = 0; k < PROBES; k++) OK(sph_probe_set_interval(f->probes[k], 0.005));
+  for (int k = 0; k <= ENERGY; k++) OK(sph_probe_sample(f->probes[k]));
   if (s->vtk > 0) OK(sph_output_create_vtk(context, example_path(s->out, "vtk"), "water", &f->vtk));
 }
 
-static sph_status run(const setup *s, state *f) {
+static sph_status run(const setup *s, example_flow *f) {
   sph_context *context = f->context;
   example_progress progress = {0};
   sph_status status = SPH_OK;
   int frame = 0;
   for (;;) {
     const double t = sph_integrator_time(f->integrator);
-    if (frame < s->vtk && fmin(t / s->end, 1) * (s->vtk - 1) >= frame) {
+    if (example_frame_due(t, s->end, s->vtk, frame)) {
       OK(sph_output_write(f->vtk, f->water, t));
       frame++;
     }
@@ -199,7 +155,7 @@ static sph_status run(const setup *s, state *f) {
 
 /* Errors relative to rho g H, over the whole run: against rho g (H - y), and `exact` against the
  * compressible fluid's pressure. Drift: last fifth of the run against the first. */
-static void summarise(const setup *s, state *f, example_summary *summary) {
+static void summarise(const setup *s, example_flow *f, example_summary *summary) {
   static const char *const worst_keys[] = {"p0_error_max_rel", "p1_error_max_rel",
                                            "p2_error_max_rel", "p3_error_max_rel"};
   static const char *const exact_keys[] = {"p0_error_exact_max_rel", "p1_error_exact_max_rel",
@@ -209,13 +165,13 @@ static void summarise(const setup *s, state *f, example_summary *summary) {
   sph_context *context = f->context;
   const double bar = density * gravity * depth;
   example_summary_text(summary, "tank", s->tank);
-  example_summary_text(summary, "interpolator", s->interpolator);
+  example_summary_text(summary, "interpolator", s->scheme.interpolator);
   example_summary_number(summary, "dx_m", s->dx);
   for (int k = 0; k < GAUGES; k++) {
-    example_series p = example_series_read(context, f->pressure[k], 0);
+    example_series p = example_series_read(context, f->probes[k], 0);
     double worst = 0, worst_exact = 0, exact;
     OK(sph_initial_hydrostatic(context, depth, gravity, density,
-                               s->c0_factor * sqrt(gravity * depth), 1, &gauges[k], &exact));
+                               s->scheme.c0_factor * sqrt(gravity * depth), 1, &gauges[k], &exact));
     for (int64_t i = 0; i < p.n; i++) {
       worst = fmax(worst, fabs(p.v[i] - density * gravity * (depth - gauges[k])));
       worst_exact = fmax(worst_exact, fabs(p.v[i] - exact));
@@ -228,7 +184,7 @@ static void summarise(const setup *s, state *f, example_summary *summary) {
             bar);
     free(p.t);
   }
-  example_series kinetic = example_series_read(context, f->energy, 0);
+  example_series kinetic = example_series_read(context, f->probes[ENERGY], 0);
   const int64_t n = sph_particles_count(f->water);
   double *mass = example_numbers(n), total = 0;
   OK(sph_particles_read(f->water, SPH_MASS, mass, n));
@@ -246,7 +202,7 @@ static void summarise(const setup *s, state *f, example_summary *summary) {
 }
 
 /* Particles behind the wall, by the wall's own distance. */
-static int64_t count_lost(state *f) {
+static int64_t count_lost(example_flow *f) {
   sph_context *context = f->context;
   const int64_t n = sph_particles_count(f->water);
   double *x = example_numbers(2 * n), distance;
@@ -260,51 +216,10 @@ static int64_t count_lost(state *f) {
   return lost;
 }
 
-static void write_series(const setup *s, state *f) {
-  sph_context *context = f->context;
-  if (*s->out == '\0') return;
-  for (int k = 0; k < GAUGES; k++) {
-    char name[] = "p0.csv";
-    name[1] = (char)('0' + k);
-    OK(sph_probe_write_csv(f->pressure[k], example_path(s->out, name)));
-  }
-  OK(sph_probe_write_csv(f->force, example_path(s->out, "force.csv")));
-  OK(sph_probe_write_csv(f->energy, example_path(s->out, "energy.csv")));
-  OK(sph_probe_write_csv(f->surface, example_path(s->out, "surface.csv")));
-  example_picture_write(context, f->water, s->out, 0, sph_integrator_time(f->integrator), depth,
-                        gravity, density);
-}
-
-static void destroy(state *f) {
-  sph_output_destroy(&f->vtk);
-  for (int k = 0; k < GAUGES; k++) sph_probe_destroy(&f->pressure[k]);
-  sph_probe_destroy(&f->force);
-  sph_probe_destroy(&f->energy);
-  sph_probe_destroy(&f->surface);
-  sph_integrator_destroy(&f->integrator);
-  sph_boundary_destroy(&f->ghosts);
-  sph_interpolator_destroy(&f->interpolator);
-  sph_wall_destroy(&f->tank);
-  sph_particles_destroy(&f->water);
-  sph_kernel_destroy(&f->kernel);
-  sph_context_destroy(&f->context);
-}
-
 int main(int argc, char **argv) {
-  setup s = {.dx = 0.01,
-             .h_ratio = 1.3,
-             .c0_factor = 10,
-             .end = 35,
-             .alpha = 0.02,
-             .delta = 0.1,
-             .tank = "box",
-             .interpolator = "improved-shepard",
-             .kernel = "gaussian",
-             .stepper = "",
-             .isa = "auto",
-             .out = "",
-             .summary = ""};
-  state f = {0};
+  setup s = {
+      .dx = 0.01, .end = 35, .scheme = EXAMPLE_SCHEME, .tank = "box", .out = "", .summary = ""};
+  example_flow f = {0};
   example_summary summary = {0};
   parse(argc, argv, &s);
   create_flow(&s, &f);
@@ -316,11 +231,15 @@ int main(int argc, char **argv) {
   summarise(&s, &f, &summary);
   const int64_t lost = count_lost(&f);
   example_summary_integer(&summary, "particles_lost", lost);
-  example_summary_flow(&summary, f.context, f.integrator, f.ghosts, seconds);
-  write_series(&s, &f);
+  example_summary_flow(&summary, &f, seconds);
+  if (*s.out != '\0') {
+    example_flow_write_series(&f, s.out, PROBES, files);
+    example_picture_write(f.context, f.water, s.out, 0, sph_integrator_time(f.integrator), depth,
+                          gravity, density);
+  }
   example_summary_write(&summary, s.summary);
   example_check(status, f.context, "sph_integrator_step(flow)");
-  destroy(&f);
+  example_flow_destroy(&f);
   if (lost > 0) printf("hydrostatic: %lld particles left the tank\n", (long long)lost);
   if (lost == 0) printf("hydrostatic: the water stayed in the tank\n");
   return lost > 0;

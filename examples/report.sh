@@ -59,6 +59,7 @@ dam_break_rows() {
     "$(scaled 0.85 "$plateau")" "$(scaled 1.15 "$plateau")" "Buchner (2002): $(scaled 1 "$plateau")"
   row 'mean over the plate (0.115 to 0.205 m), the same mean' "$(figure "$1" plate_plateau_mean_over_rho_g_h)" \
     "$(scaled 0.85 "$plateau")" "$(scaled 1.15 "$plateau")" "Buchner (2002): $(scaled 1 "$plateau")"
+  row 'plunging jet closes the cavity, t sqrt(g/H)' "$(figure "$1" cavity_closes_t_star)" 5.80 6.16 'Huang et al. (2019): 5.98'
   row 'P1, second peak, t sqrt(g/H)' "$(figure "$1" p1_second_peak_t_star)" 5.68 6.28 \
     'Huang et al. (2019): closure near 5.98; Buchner (2002): 5.84'
   row 'P1, second peak / plateau' "$(awk -v a="$(figure "$1" p1_second_peak_over_rho_g_h)" \

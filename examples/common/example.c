@@ -22,14 +22,16 @@ void example_check(sph_status status, const sph_context *context, const char *ca
   exit(1);
 }
 
-double *example_numbers(int64_t n) {
-  double *numbers = calloc(n > 0 ? (size_t)n : 1, sizeof *numbers);
-  if (numbers == NULL) {
+void *example_memory(int64_t n, size_t size) {
+  void *memory = calloc(n > 0 ? (size_t)n : 1, size);
+  if (memory == NULL) {
     fprintf(stderr, "%s: out of memory for %lld numbers\n", program, (long long)n);
     exit(1);
   }
-  return numbers;
+  return memory;
 }
+
+double *example_numbers(int64_t n) { return example_memory(n, sizeof(double)); }
 
 /* ------------------------------------------------------------------------------------ options */
 
@@ -193,34 +195,6 @@ void example_summary_text(example_summary *summary, const char *key, const char 
   }
   entry[n++] = '"';
   entry[n] = '\0';
-}
-
-void example_summary_flow(example_summary *summary, const sph_context *context,
-                          const sph_integrator *flow, const sph_boundary *boundary,
-                          double wall_seconds) {
-  sph_integrator_stats stats;
-  sph_boundary_counts counts;
-  OK(sph_integrator_get_stats(flow, &stats));
-  OK(sph_boundary_get_counts(boundary, &counts));
-  const int64_t particles = sph_particles_count(sph_integrator_particles(flow));
-  const double work = (double)particles * (double)stats.steps;
-  example_summary_integer(summary, "particles", particles);
-  example_summary_integer(summary, "steps", stats.steps);
-  example_summary_number(summary, "time_end_s", stats.time);
-  example_summary_number(summary, "wall_seconds", wall_seconds);
-  example_summary_number(summary, "ns_per_particle_step", 1e9 * wall_seconds / work);
-  example_summary_number(summary, "probe_seconds", stats.seconds_observers);
-  example_summary_integer(summary, "threads", sph_context_get_threads(context));
-  example_summary_text(summary, "isa", sph_isa_name(sph_context_get_isa(context)));
-  example_summary_integer(summary, "neighbour_lists_built", stats.builds);
-  example_summary_integer(summary, "wall_contacts", stats.contacts);
-  example_summary_integer(summary, "ghosts", counts.ghosts);
-  example_summary_integer(summary, "ghosts_active", counts.active);
-  example_summary_integer(summary, "ghosts_thin", counts.thin);
-  example_summary_integer(summary, "ghosts_shepard", counts.shepard);
-  example_summary_integer(summary, "ghosts_normalized", counts.normalized);
-  example_summary_integer(summary, "ghosts_linear", counts.linear);
-  example_summary_integer(summary, "ghosts_fallback", counts.fallback);
 }
 
 void example_summary_write(const example_summary *summary, const char *path) {

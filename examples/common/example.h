@@ -12,7 +12,8 @@
 #define OK(call) example_check((call), context, #call)
 void example_check(sph_status status, const sph_context *context, const char *call);
 
-/* Memory for n numbers, or the end of the program. */
+/* Zeroed memory for n things or numbers, or the end of the program. */
+void *example_memory(int64_t n, size_t size);
 double *example_numbers(int64_t n);
 
 /* Options of the command line. The value that the variable has beforehand is the default. */
@@ -80,10 +81,6 @@ typedef struct example_summary {
 void example_summary_number(example_summary *summary, const char *key, double value);
 void example_summary_integer(example_summary *summary, const char *key, int64_t value);
 void example_summary_text(example_summary *summary, const char *key, const char *value);
-/* What every flow has: particles, steps, times, threads, rungs of the interpolator. */
-void example_summary_flow(example_summary *summary, const sph_context *context,
-                          const sph_integrator *flow, const sph_boundary *boundary,
-                          double wall_seconds);
 /* Prints the list, and writes the JSON unless path is "". */
 void example_summary_write(const example_summary *summary, const char *path);
 

@@ -1,0 +1,88 @@
+/* What the examples of flows share, see flow.h. */
+#include "flow.h"
+
+#include <stdlib.h>
+
+void example_flow_open(const example_scheme *s, int dim, double dx, example_flow *f) {
+  sph_context *context = NULL;
+  sph_kernel_type kernel;
+  if (sph_context_create(&context) != SPH_OK) exit(1);
+  f->context = context;
+  OK(sph_context_set_threads(context, example_threads(s->threads)));
+  OK(sph_context_set_isa(context, example_isa(s->isa)));
+  OK(sph_kernel_find(context, s->kernel, &kernel));
+  OK(sph_kernel_create(context, kernel, dim, s->h_ratio * dx, &f->kernel));
+  OK(sph_particles_create(context, dim, dx, &f->water));
+  OK(sph_particles_set_name(f->water, "water"));
+}
+
+void example_flow_solve(const example_scheme *s, double c0, example_flow *f) {
+  sph_context *context = f->context;
+  const double dx = sph_particles_spacing(f->water);
+  sph_interpolator_type interpolator;
+  sph_stepper stepper;
+  OK(sph_interpolator_find(context, s->interpolator, &interpolator));
+  OK(sph_interpolator_create(context, interpolator, f->kernel, &f->interpolator));
+  OK(sph_boundary_create(context, f->tank, dx, f->interpolator, &f->ghosts));
+  OK(sph_wcsph_create(context, f->kernel, f->water, f->ghosts, &f->integrator));
+  OK(sph_wcsph_set_sound_speed(f->integrator, c0));
+  OK(sph_wcsph_set_artificial_viscosity(f->integrator, s->alpha));
+  OK(sph_wcsph_set_diffusion(f->integrator, SPH_DIFFUSION_DELTA, s->delta));
+  if (*s->stepper != '\0') {
+    OK(sph_stepper_find(context, s->stepper, &stepper));
+    OK(sph_integrator_set_stepper(f->integrator, stepper));
+  }
+  OK(sph_integrator_set_courant(f->integrator, s->courant));
+  OK(sph_integrator_set_dt(f->integrator, s->dt));
+}
+
+void example_flow_destroy(example_flow *f) {
+  sph_output_destroy(&f->vtk);
+  for (int k = 0; k < EXAMPLE_PROBES; k++) sph_probe_destroy(&f->probes[k]);
+  sph_integrator_destroy(&f->integrator);
+  sph_boundary_destroy(&f->ghosts);
+  sph_interpolator_destroy(&f->interpolator);
+  sph_wall_destroy(&f->tank);
+  sph_particles_destroy(&f->water);
+  sph_kernel_destroy(&f->kernel);
+  sph_context_destroy(&f->context);
+}
+
+bool example_frame_due(double t, double end, int frames, int done) {
+  const double part = t >= end ? 1 : t / end;
+  return done < frames && part * (frames - 1) >= done;
+}
+
+void example_flow_write_series(const example_flow *f, const char *folder, int count,
+                               const char *const *files) {
+  sph_context *context = f->context;
+  for (int k = 0; k < count; k++)
+    OK(sph_probe_write_csv(f->probes[k], example_path(folder, files[k])));
+}
+
+void example_summary_flow(example_summary *summary, const example_flow *f, double wall_seconds) {
+  sph_context *context = f->context;
+  sph_integrator_stats stats;
+  sph_boundary_counts counts;
+  OK(sph_integrator_get_stats(f->integrator, &stats));
+  OK(sph_boundary_get_counts(f->ghosts, &counts));
+  const int64_t particles = sph_particles_count(f->water);
+  const double work = (double)particles * (double)stats.steps;
+  example_summary_integer(summary, "particles", particles);
+  example_summary_integer(summary, "steps", stats.steps);
+  example_summary_number(summary, "time_end_s", stats.time);
+  example_summary_number(summary, "wall_seconds", wall_seconds);
+  example_summary_number(summary, "ns_per_particle_step", 1e9 * wall_seconds / work);
+  example_summary_number(summary, "probe_seconds", stats.seconds_observers);
+  example_summary_integer(summary, "threads", sph_context_get_threads(context));
+  example_summary_text(summary, "isa", sph_isa_name(sph_context_get_isa(context)));
+  example_summary_integer(summary, "neighbour_lists_built", stats.builds);
+  example_summary_integer(summary, "wall_contacts", stats.contacts);
+  example_summary_integer(summary, "ghosts", counts.ghosts);
+  example_summary_integer(summary, "ghosts_active", counts.active);
+  example_summary_integer(summary, "ghosts_thin", counts.thin);
+  example_summary_integer(summary, "ghosts_shepard", counts.shepard);
+  example_summary_integer(summary, "ghosts_normalized", counts.normalized);
+  example_summary_integer(summary, "ghosts_linear", counts.linear);
+  example_summary_integer(summary, "ghosts_fallback", counts.fallback);
+}
