@@ -40,7 +40,7 @@ CFLAGS ?=
 CPPFLAGS ?=
 LDFLAGS ?=
 BUILD ?= $(if $(SAN),build-san,build)
-ifneq ($(filter $(abspath $(BUILD))%,$(CURDIR)/ $(addprefix $(CURDIR)/,include libsph examples tests docs)),)
+ifneq ($(filter $(abspath $(BUILD))/%,$(CURDIR)/ $(patsubst %,$(CURDIR)/%/,include libsph examples tests docs)),)
   $(error BUILD=$(BUILD) would mix objects with sources; take another folder)
 endif
 
