@@ -60,8 +60,8 @@ dam_break_rows() {
   row 'mean over the plate (0.115 to 0.205 m), the same mean' "$(figure "$1" plate_plateau_mean_over_rho_g_h)" \
     "$(scaled 0.85 "$plateau")" "$(scaled 1.15 "$plateau")" "Buchner (2002): $(scaled 1 "$plateau")"
   row 'plunging jet closes the cavity, t sqrt(g/H)' "$(figure "$1" cavity_closes_t_star)" 5.80 6.16 'Huang et al. (2019): 5.98'
-  row 'P1, second peak, t sqrt(g/H)' "$(figure "$1" p1_second_peak_t_star)" 5.68 6.28 \
-    'Huang et al. (2019): closure near 5.98; Buchner (2002): 5.84'
+  row 'P1, second peak, t sqrt(g/H)' "$(figure "$1" p1_second_peak_t_star)" 5.55 6.13 \
+    'Buchner (2002): 5.84'
   row 'P1, second peak / plateau' "$(awk -v a="$(figure "$1" p1_second_peak_over_rho_g_h)" \
     -v b="$(figure "$1" p1_plateau_mean_over_rho_g_h)" 'BEGIN { if (b > 0) print a / b; else print "null" }')" 1.15 3 'Buchner (2002): 1.63'
   row 'largest growth of the total energy / E(0)' "$(figure "$1" energy_growth_max_rel)" 0 0.001 'never grows'
