@@ -252,6 +252,15 @@ validate: lib examples ## run the published cases in full and compare with measu
 	@if [ -x tests/validation/run.sh ]; then BUILD='$(BUILD)' tests/validation/run.sh '$(BUILD)/validation'; \
 	else echo "tests/validation/run.sh does not exist: nothing to validate"; fi
 
+.PHONY: compare-interpolators
+compare-interpolators: lib examples $(BUILD)/interpolators/interpolators ## measure all interpolators side by side (COMPARE='--update' for options)
+	BUILD='$(BUILD)' tests/validation/interpolators.sh '$(BUILD)/interpolators' $(COMPARE)
+COMPARE ?=
+
+$(BUILD)/interpolators/interpolators: tests/validation/interpolators.c $(LIB_STATIC) $(BUILD)/flags
+	@mkdir -p $(@D)
+	$(call say,CC)$(CC) $(PROGRAM_CFLAGS) $(CPPFLAGS) $(CFLAGS) -o $@ $< $(LDFLAGS) $(LIB_STATIC) $(LIBS)
+
 .PHONY: bench
 bench: $(BUILD)/bench/bench ## measure the speed; table and build/bench.json (BENCH='--quick' for options)
 	OMP_WAIT_POLICY=passive $< --json $(BUILD)/bench.json $(BENCH)
@@ -417,4 +426,4 @@ clean: ## remove the build folders
 distclean: clean ## remove also config.mk and compile_commands.json
 	rm -f config.mk compile_commands.json
 
--include $(OBJECTS:.o=.d) $(TESTS:=.d) $(TESTS_SHARED:=.d) $(EXAMPLES:=.d) $(EXAMPLE_COMMON:.o=.d) $(BENCH_OBJECTS:.o=.d)
+-include $(OBJECTS:.o=.d) $(TESTS:=.d) $(TESTS_SHARED:=.d) $(EXAMPLES:=.d) $(EXAMPLE_COMMON:.o=.d) $(BENCH_OBJECTS:.o=.d) $(BUILD)/interpolators/interpolators.d

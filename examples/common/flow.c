@@ -81,8 +81,17 @@ void example_summary_flow(example_summary *summary, const example_flow *f, doubl
   example_summary_integer(summary, "ghosts", counts.ghosts);
   example_summary_integer(summary, "ghosts_active", counts.active);
   example_summary_integer(summary, "ghosts_thin", counts.thin);
-  example_summary_integer(summary, "ghosts_shepard", counts.shepard);
-  example_summary_integer(summary, "ghosts_normalized", counts.normalized);
-  example_summary_integer(summary, "ghosts_linear", counts.linear);
+  static const char *const by_type[] = {
+      [SPH_INTERPOLATOR_IMPROVED_SHEPARD] = "ghosts_improved_shepard",
+      [SPH_INTERPOLATOR_NORMALIZED] = "ghosts_normalized",
+      [SPH_INTERPOLATOR_MLS_LINEAR] = "ghosts_mls_linear",
+      [SPH_INTERPOLATOR_CLASSIC_SHEPARD] = "ghosts_classic_shepard",
+      [SPH_INTERPOLATOR_TUNED_SHEPARD] = "ghosts_tuned_shepard",
+      [SPH_INTERPOLATOR_SFDI] = "ghosts_sfdi",
+      [SPH_INTERPOLATOR_SFDI_PRINTED] = "ghosts_sfdi_printed",
+      [SPH_INTERPOLATOR_MLS_QUADRATIC] = "ghosts_mls_quadratic",
+      [SPH_INTERPOLATOR_NEAREST] = "ghosts_nearest"};
+  for (size_t k = 1; k < sizeof by_type / sizeof by_type[0]; k++)
+    if (counts.by_type[k] > 0) example_summary_integer(summary, by_type[k], counts.by_type[k]);
   example_summary_integer(summary, "ghosts_fallback", counts.fallback);
 }

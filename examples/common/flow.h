@@ -17,18 +17,18 @@ typedef struct example_scheme {
   }
 
 /* Rows of an option table; the last two texts are put after those of --kernel and --h. */
-#define EXAMPLE_SCHEME_OPTIONS(s, of_kernel, of_h)                                                 \
-  OPTION_NUMBER("--c0", (s).c0_factor, 5, 200, "sound speed / sqrt(g H)"),                         \
-      OPTION_TEXT("--interpolator", (s).interpolator, "improved-shepard, normalized, mls-linear"), \
-      OPTION_TEXT("--kernel", (s).kernel, "gaussian, wendland-c2, ..." of_kernel),                 \
-      OPTION_NUMBER("--h", (s).h_ratio, 0.8, 4, "smoothing length / dx" of_h),                     \
-      OPTION_TEXT("--stepper", (s).stepper,                                                        \
-                  "symplectic, verlet, rk4; without it the library's own"),                        \
-      OPTION_NUMBER("--courant", (s).courant, 0, 10, "Courant number, 0: the scheme's own"),       \
-      OPTION_NUMBER("--dt", (s).dt, 0, 1, "fixed step [s], 0: follow the limits"),                 \
-      OPTION_NUMBER("--alpha", (s).alpha, 0, 1, "artificial viscosity"),                           \
-      OPTION_NUMBER("--delta", (s).delta, 0, 1, "density diffusion"),                              \
-      OPTION_INTEGER("--threads", (s).threads, 0, 1024, "0: one for each processor"),              \
+#define EXAMPLE_SCHEME_OPTIONS(s, of_kernel, of_h)                                           \
+  OPTION_NUMBER("--c0", (s).c0_factor, 5, 200, "sound speed / sqrt(g H)"),                   \
+      OPTION_TEXT("--interpolator", (s).interpolator, "improved-shepard, mls-linear, ..."),  \
+      OPTION_TEXT("--kernel", (s).kernel, "gaussian, wendland-c2, ..." of_kernel),           \
+      OPTION_NUMBER("--h", (s).h_ratio, 0.8, 4, "smoothing length / dx" of_h),               \
+      OPTION_TEXT("--stepper", (s).stepper,                                                  \
+                  "symplectic, verlet, rk4; without it the library's own"),                  \
+      OPTION_NUMBER("--courant", (s).courant, 0, 10, "Courant number, 0: the scheme's own"), \
+      OPTION_NUMBER("--dt", (s).dt, 0, 1, "fixed step [s], 0: follow the limits"),           \
+      OPTION_NUMBER("--alpha", (s).alpha, 0, 1, "artificial viscosity"),                     \
+      OPTION_NUMBER("--delta", (s).delta, 0, 1, "density diffusion"),                        \
+      OPTION_INTEGER("--threads", (s).threads, 0, 1024, "0: one for each processor"),        \
       OPTION_TEXT("--isa", (s).isa, "auto, baseline, avx2, avx512")
 
 /* Everything that a run holds, in the order of creation. What a case does not have stays NULL. */

@@ -10,18 +10,22 @@
 
 SPH_BEGIN_DECLS
 
+enum {
+  SPH_BOUNDARY_TYPES = 32 /**< room in sph_boundary_counts.by_type */
+};
+
 /** How the ghosts got their values at the last evaluation. */
 typedef struct sph_boundary_counts {
   int64_t ghosts;   /**< all of them */
-  int64_t active;   /**< those that act on the fluid: sum of the rungs below */
+  int64_t active;   /**< those that act on the fluid: sum of by_type */
   int64_t inactive; /**< no fluid near the mirror point: the ghost takes no part */
   int64_t
       thin; /**< of the active: kernel sum below the threshold, zero pressure and the wall's velocity */
-  int64_t shepard;    /**< of the active: improved Shepard, as chosen or as fall-back */
-  int64_t normalized; /**< of the active: normalized kernel sum */
-  int64_t linear;     /**< of the active: moving least squares, linear */
-  int64_t fallback;   /**< of the active: a lower rung than the interpolator that was chosen */
-  int64_t skipped; /**< places without a ghost: their mirror point lies outside the fluid's side */
+  /** of the active: by the kind that gave their values, indexed by sph_interpolator_type; [0] the
+   * inactive */
+  int64_t by_type[SPH_BOUNDARY_TYPES];
+  int64_t fallback; /**< of the active: another kind than the one that was chosen */
+  int64_t skipped;  /**< places without a ghost: their mirror point lies outside the fluid's side */
 } sph_boundary_counts;
 
 /** What sph_boundary_read gives of every ghost. */
@@ -33,7 +37,8 @@ typedef enum sph_ghost_value {
   SPH_GHOST_VELOCITY = 4, /**< [n, dim] m/s, at the last evaluation */
   SPH_GHOST_PRESSURE = 5, /**< [n] Pa, at the last evaluation */
   SPH_GHOST_VOLUME = 6,   /**< [n] m^dim; zero while the ghost is inactive */
-  SPH_GHOST_RUNG = 7      /**< [n] sph_interpolator_rung of the last evaluation */
+  SPH_GHOST_RUNG = 7 /**< [n] sph_interpolator_type that gave the values at the last evaluation, 0
+                               for none */
 } sph_ghost_value;
 
 /** Create the ghosts behind a wall.

@@ -192,6 +192,7 @@ sph_status sphi_boundary_move(sph_boundary *boundary, double t) {
   const int dim = boundary->dim;
   SPH_TRY(sphi_boundary_place_walls(boundary, t));
   const int32_t n = (int32_t)boundary->points.n;
+  boundary->mirrors.packed = false;
 #pragma omp parallel for num_threads(boundary->context->threads) schedule(static)
   for (int32_t k = 0; k < n; k++) {
     const double *displacement = boundary->state[boundary->wall_of[k]].displacement;
@@ -252,12 +253,13 @@ static void pack_records(sph_boundary *boundary, const sphi_frame *frame,
 sph_status sphi_boundary_list(sph_boundary *boundary, const sphi_frame *frame,
                               const sphi_variant *variant, const sphi_columns *fluid,
                               double radius) {
-  SPH_TRY(sphi_gather_list(boundary->context, &boundary->mirrors, frame, fluid, radius));
+  SPH_TRY(sphi_gather_list(boundary->context, &boundary->mirrors, frame, boundary->interpolator,
+                           fluid, radius));
   const int32_t n = (int32_t)boundary->points.n;
   for (int32_t k = 0; k < n; k++) {
     boundary->place[boundary->columns.order[k]] = k;
     boundary->p[k] = boundary->wall_pressure[k] = boundary->volume[k] = 0;
-    boundary->rung[k] = SPH_RUNG_NONE;
+    boundary->rung[k] = 0;
     for (int d = 0; d < boundary->dim; d++)
       boundary->v[d][k] = boundary->state[boundary->wall_of[k]].velocity[d];
   }
@@ -272,14 +274,15 @@ sph_status sphi_boundary_list(sph_boundary *boundary, const sphi_frame *frame,
 }
 
 /* Velocity and pressure of one ghost from the values at its mirror point, place k in their order. */
-static void assign(sph_boundary *boundary, int32_t ghost, int32_t k, const sphi_body_force *force,
-                   double t, double rho0) {
-  const int dim = boundary->dim;
+static inline __attribute__((always_inline)) void assign(sph_boundary *boundary, const int dim,
+                                                         int32_t ghost, int32_t k,
+                                                         const sphi_body_force *force, double t,
+                                                         double rho0) {
   const sphi_interpolation *work = &boundary->mirrors.work;
   const sphi_wall_state *wall = &boundary->state[boundary->wall_of[ghost]];
   const double *foot = boundary->points.foot + (int64_t)dim * ghost;
   const double *normal = boundary->points.normal + (int64_t)dim * ghost;
-  const bool dry = work->rung[k] == SPH_RUNG_NONE, thin = work->gamma[k] < boundary->thin;
+  const bool dry = work->rung[k] == 0, thin = work->gamma[k] < boundary->thin;
   boundary->rung[ghost] = work->rung[k];
   boundary->volume[ghost] = dry ? 0 : boundary->points.volume[ghost];
   double at[SPHI_MAX_DIM], f[SPHI_MAX_DIM] = {0};
@@ -309,25 +312,18 @@ static void assign(sph_boundary *boundary, int32_t ghost, int32_t k, const sphi_
 }
 
 static void count_rungs(sph_boundary *boundary) {
-  static const uint8_t chosen[] = {[SPH_INTERPOLATOR_IMPROVED_SHEPARD] = SPH_RUNG_SHEPARD,
-                                   [SPH_INTERPOLATOR_NORMALIZED] = SPH_RUNG_NORMALIZED,
-                                   [SPH_INTERPOLATOR_MLS_LINEAR] = SPH_RUNG_LINEAR};
   sph_boundary_counts counts = {.ghosts = boundary->points.n, .skipped = boundary->points.skipped};
   const sphi_interpolation *work = &boundary->mirrors.work;
   const sphi_clusters *wet = &boundary->mirrors.wet;
-  int64_t of_rung[SPH_RUNG_LINEAR + 1] = {0};
   for (int32_t c = 0; c < wet->n; c++) {
     for (int32_t k = wet->first[c]; k < wet->first[c] + wet->count[c]; k++) {
-      of_rung[work->rung[k]]++;
-      counts.thin += work->rung[k] != SPH_RUNG_NONE && work->gamma[k] < boundary->thin;
+      counts.by_type[work->rung[k]]++;
+      counts.active += work->rung[k] != 0;
+      counts.thin += work->rung[k] != 0 && work->gamma[k] < boundary->thin;
     }
   }
-  counts.shepard = of_rung[SPH_RUNG_SHEPARD];
-  counts.normalized = of_rung[SPH_RUNG_NORMALIZED];
-  counts.linear = of_rung[SPH_RUNG_LINEAR];
-  counts.active = counts.shepard + counts.normalized + counts.linear;
-  counts.inactive = counts.ghosts - counts.active;
-  counts.fallback = counts.active - of_rung[chosen[boundary->interpolator->type]];
+  counts.by_type[0] = counts.inactive = counts.ghosts - counts.active;
+  counts.fallback = counts.active - counts.by_type[boundary->interpolator->type];
   boundary->counts = counts;
 }
 
@@ -341,7 +337,10 @@ void sphi_boundary_update(sph_boundary *boundary, const sphi_frame *frame,
 #pragma omp parallel for num_threads(context->threads) schedule(static)
   for (int32_t c = 0; c < wet->n; c++)
     for (int32_t k = wet->first[c]; k < wet->first[c] + wet->count[c]; k++)
-      assign(boundary, order[k], k, force, t, rho0);
+      if (boundary->dim == 2)
+        assign(boundary, 2, order[k], k, force, t, rho0);
+      else
+        assign(boundary, 3, order[k], k, force, t, rho0);
   count_rungs(boundary);
   pack_records(boundary, frame, variant, boundary->wet, boundary->wet_count);
 }

@@ -240,8 +240,8 @@ sph_status sphi_integrator_gather(sph_integrator *flow, sphi_gather *gather,
   if (*build != flow->stats.builds) {
     SPH_TRY(sphi_gather_sort(flow->context, gather, &flow->frame, flow->variant,
                              flow->particles->spacing, flow->kernel->support));
-    SPH_TRY(
-        sphi_gather_list(flow->context, gather, &flow->frame, &flow->columns, flow->list_radius));
+    SPH_TRY(sphi_gather_list(flow->context, gather, &flow->frame, interpolator, &flow->columns,
+                             flow->list_radius));
     *build = flow->stats.builds;
   }
   sphi_gather_evaluate(flow->context, gather, &flow->frame, interpolator, flow->variant,

@@ -46,8 +46,8 @@ static sph_status check(const sph_interpolator *interpolator, const sphi_evaluat
   SPH_CHECK(context, e->fields >= 1, SPH_E_ARGUMENT,
             "interpolator \"%s\": fields must be >= 1, got %d", name, e->fields);
   SPH_CHECK(context, e->names, SPH_E_ARGUMENT, "interpolator \"%s\": names must not be NULL", name);
-  SPH_CHECK(context, (e->at && e->values) || e->points == 0, SPH_E_ARGUMENT,
-            "interpolator \"%s\": at and values must not be NULL", name);
+  SPH_CHECK(context, e->at || e->points == 0, SPH_E_ARGUMENT,
+            "interpolator \"%s\": at must not be NULL", name);
   SPH_CHECK(context, !e->gradient || sphi_finite(dim, e->gradient), SPH_E_ARGUMENT,
             "interpolator \"%s\": gradient must be finite", name);
   for (int64_t k = 0; k < e->points; k++)
@@ -160,7 +160,8 @@ static sph_status sort_points(const sph_interpolator *interpolator, const sphi_v
     for (int d = 0; d < dim; d++) s->gather.x[d][k] = e->at[(int64_t)s->number[k] * dim + d];
   SPH_TRY(sphi_gather_sort(context, &s->gather, &s->frame, variant, s->spacing, support));
   /* The list works in fixed point and float: a little more than the support is sure to hold all. */
-  return sphi_gather_list(context, &s->gather, &s->frame, &s->columns, support * (1 + 1e-6));
+  return sphi_gather_list(context, &s->gather, &s->frame, interpolator, &s->columns,
+                          support * (1 + 1e-6));
 }
 
 /* Evaluates up to dim + 1 components from `first` on and writes them out. */
@@ -189,7 +190,10 @@ static void evaluate_group(const sph_interpolator *interpolator, const sphi_vari
       if (e->gradient)
         for (int d = 0; d < dim; d++)
           value -= e->gradient[d] * work->moment[(int64_t)d * work->n + k];
-      e->values[point * s->components + first + c] = value;
+      const int64_t out = point * s->components + first + c;
+      if (e->values) e->values[out] = value;
+      for (int d = 0; d < dim && e->gradients; d++)
+        e->gradients[out * dim + d] = work->gradient[((int64_t)c * dim + d) * work->n + k];
     }
     if (e->rungs) e->rungs[point] = work->rung[k];
   }
@@ -200,6 +204,7 @@ sph_status sphi_interpolator_evaluate(const sph_interpolator *interpolator,
   sph_context *context = interpolator->context;
   scratch s;
   memset(&s, 0, sizeof s);
+  s.gather.work.gradients = e->gradients != NULL;
   /* What the caller knows about the gradient counts, whatever the handle's setting. */
   sph_interpolator compensated = *interpolator;
   compensated.compensation = e->gradient != NULL;
@@ -210,9 +215,11 @@ sph_status sphi_interpolator_evaluate(const sph_interpolator *interpolator,
   SPH_TRY_GOTO(sort_sources(interpolator, variant, e->source, &s));
   SPH_TRY_GOTO(sort_points(interpolator, variant, e, &s));
   /* Nothing fails from here on: the outputs may be written. */
-  memset(e->values, 0, (size_t)e->points * (size_t)s.components * sizeof *e->values);
+  const size_t numbers = (size_t)e->points * (size_t)s.components;
+  if (e->values) memset(e->values, 0, numbers * sizeof *e->values);
+  if (e->gradients) memset(e->gradients, 0, numbers * (size_t)e->source->dim * sizeof *e->values);
   if (e->rungs)
-    for (int64_t k = 0; k < e->points; k++) e->rungs[k] = SPH_RUNG_NONE;
+    for (int64_t k = 0; k < e->points; k++) e->rungs[k] = 0;
   for (int64_t first = 0; first < s.components; first += e->source->dim + 1)
     evaluate_group(&compensated, variant, e, &s, first);
 fail:
@@ -220,11 +227,24 @@ fail:
   return status;
 }
 
+static const sphi_variant *double_variant(const sph_interpolator *interpolator) {
+  return sphi_variant_find(interpolator->context->isa, SPH_PRECISION_DOUBLE);
+}
+
+static sph_status check_output(const sph_interpolator *interpolator, const char *name,
+                               const double *output, int64_t points) {
+  SPH_CHECK(interpolator->context, output || points == 0, SPH_E_ARGUMENT,
+            "interpolator \"%s\": %s must not be NULL", sph_interpolator_name(interpolator->type),
+            name);
+  return SPH_OK;
+}
+
 sph_status sph_interpolator_evaluate(const sph_interpolator *interpolator,
                                      const sph_particles *source, int64_t points, const double *at,
                                      int fields, const char *const *names, double *values,
                                      int *rungs) {
   if (!interpolator) return SPH_E_ARGUMENT;
+  SPH_TRY(check_output(interpolator, "values", values, points));
   const sphi_evaluation evaluation = {.source = source,
                                       .points = points,
                                       .at = at,
@@ -232,9 +252,7 @@ sph_status sph_interpolator_evaluate(const sph_interpolator *interpolator,
                                       .names = names,
                                       .values = values,
                                       .rungs = rungs};
-  return sphi_interpolator_evaluate(
-      interpolator, sphi_variant_find(interpolator->context->isa, SPH_PRECISION_DOUBLE),
-      &evaluation);
+  return sphi_interpolator_evaluate(interpolator, double_variant(interpolator), &evaluation);
 }
 
 sph_status sph_interpolator_evaluate_compensated(const sph_interpolator *interpolator,
@@ -246,6 +264,7 @@ sph_status sph_interpolator_evaluate_compensated(const sph_interpolator *interpo
   SPH_CHECK(interpolator->context, name && gradient, SPH_E_ARGUMENT,
             "interpolator \"%s\": name and gradient must not be NULL",
             sph_interpolator_name(interpolator->type));
+  SPH_TRY(check_output(interpolator, "values", values, points));
   const sphi_evaluation evaluation = {.source = source,
                                       .points = points,
                                       .at = at,
@@ -254,7 +273,31 @@ sph_status sph_interpolator_evaluate_compensated(const sph_interpolator *interpo
                                       .gradient = gradient,
                                       .values = values,
                                       .rungs = rungs};
-  return sphi_interpolator_evaluate(
-      interpolator, sphi_variant_find(interpolator->context->isa, SPH_PRECISION_DOUBLE),
-      &evaluation);
+  return sphi_interpolator_evaluate(interpolator, double_variant(interpolator), &evaluation);
+}
+
+static bool has_gradients(sph_interpolator_type type) {
+  return type == SPH_INTERPOLATOR_MLS_LINEAR || type == SPH_INTERPOLATOR_MLS_QUADRATIC ||
+         type == SPH_INTERPOLATOR_SFDI || type == SPH_INTERPOLATOR_SFDI_PRINTED;
+}
+
+sph_status sph_interpolator_evaluate_gradient(const sph_interpolator *interpolator,
+                                              const sph_particles *source, int64_t points,
+                                              const double *at, int fields,
+                                              const char *const *names, double *values,
+                                              double *gradients, int *rungs) {
+  if (!interpolator) return SPH_E_ARGUMENT;
+  SPH_CHECK(interpolator->context, has_gradients(interpolator->type), SPH_E_UNSUPPORTED,
+            "interpolator \"%s\" has no gradients; sfdi, mls-linear and mls-quadratic have",
+            sph_interpolator_name(interpolator->type));
+  SPH_TRY(check_output(interpolator, "gradients", gradients, points));
+  const sphi_evaluation evaluation = {.source = source,
+                                      .points = points,
+                                      .at = at,
+                                      .fields = fields,
+                                      .names = names,
+                                      .values = values,
+                                      .gradients = gradients,
+                                      .rungs = rungs};
+  return sphi_interpolator_evaluate(interpolator, double_variant(interpolator), &evaluation);
 }

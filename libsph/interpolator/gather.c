@@ -34,6 +34,7 @@ sph_status sphi_gather_reserve(sph_context *context, sphi_gather *gather,
 
 sph_status sphi_gather_sort(sph_context *context, sphi_gather *gather, const sphi_frame *frame,
                             const sphi_variant *variant, double spacing, double radius) {
+  gather->packed = false;
   SPH_TRY(sphi_columns_build(context, &gather->columns, frame,
                              sphi_column_width(frame->dim, variant->lanes, spacing), gather->n,
                              gather->x, NULL, "interpolation points"));
@@ -44,16 +45,19 @@ sph_status sphi_gather_sort(sph_context *context, sphi_gather *gather, const sph
 static void set_dry(sphi_gather *gather, int dim, int32_t first, int32_t count) {
   sphi_interpolation *work = &gather->work;
   for (int32_t k = first; k < first + count; k++) {
-    work->rung[k] = SPH_RUNG_NONE;
+    work->rung[k] = 0;
     work->gamma[k] = 0;
     work->neighbours[k] = 0;
     for (int f = 0; f <= dim; f++) work->value[(int64_t)f * work->n + k] = 0;
     for (int d = 0; d < dim; d++) work->moment[(int64_t)d * work->n + k] = 0;
+    for (int g = 0; g < (dim + 1) * dim && work->gradient; g++)
+      work->gradient[(int64_t)g * work->n + k] = 0;
   }
 }
 
 sph_status sphi_gather_list(sph_context *context, sphi_gather *gather, const sphi_frame *frame,
-                            const sphi_columns *sources, double radius) {
+                            const sph_interpolator *interpolator, const sphi_columns *sources,
+                            double radius) {
   const sphi_clusters *all = &gather->clusters;
   sphi_clusters *wet = &gather->wet;
   SPH_TRY(sphi_list_build(context, &gather->list, frame, all, sources, radius));
@@ -76,19 +80,22 @@ sph_status sphi_gather_list(sph_context *context, sphi_gather *gather, const sph
     gather->list.entry[wet->n++] = gather->list.entry[c];
   }
   gather->list.clusters = wet->n;
-  return SPH_OK;
+  return sphi_interpolation_reserve_list(interpolator, all->lanes, &gather->list, &gather->work);
 }
 
 void sphi_gather_evaluate(sph_context *context, sphi_gather *gather, const sphi_frame *frame,
                           const sph_interpolator *interpolator, const sphi_variant *variant,
                           const void *record) {
-  sphi_pack pack = {.frame = frame,
-                    .n = gather->n,
-                    .stride = frame->dim,
-                    .order = gather->columns.order,
-                    .record = gather->record};
-  for (int d = 0; d < frame->dim; d++) pack.x[d] = gather->x[d];
-  sphi_pack_run(context, variant, &pack);
+  if (!gather->packed) {
+    sphi_pack pack = {.frame = frame,
+                      .n = gather->n,
+                      .stride = frame->dim,
+                      .order = gather->columns.order,
+                      .record = gather->record};
+    for (int d = 0; d < frame->dim; d++) pack.x[d] = gather->x[d];
+    sphi_pack_run(context, variant, &pack);
+    gather->packed = true;
+  }
   sphi_sweep sweep = {.frame = frame,
                       .kernel = interpolator->kernel,
                       .targets = &gather->wet,

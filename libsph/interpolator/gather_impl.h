@@ -14,6 +14,7 @@ typedef struct sphi_gather {
   sphi_clusters wet; /* those with sources near, without boxes: the others are not evaluated */
   sphi_list list;    /* of the wet clusters */
   void *record;      /* packed positions in cluster order */
+  bool packed;       /* record holds the present places; the owner of x says when it does not */
   int64_t record_capacity;
   sphi_interpolation work; /* results in cluster order */
 } sphi_gather;
@@ -27,10 +28,11 @@ sph_status sphi_gather_reserve(sph_context *context, sphi_gather *gather,
 sph_status sphi_gather_sort(sph_context *context, sphi_gather *gather, const sphi_frame *frame,
                             const sphi_variant *variant, double spacing, double radius);
 /* Lists the sources within `radius` of every cluster; points of clusters without any get the rung
- * SPH_RUNG_NONE and zeros, here and until the next list. */
+ * 0 and zeros, here and until the next list. */
 sph_status sphi_gather_list(sph_context *context, sphi_gather *gather, const sphi_frame *frame,
-                            const sphi_columns *sources, double radius);
-/* Packs the points' present places and interpolates the fields of the fluid records there. */
+                            const sph_interpolator *interpolator, const sphi_columns *sources,
+                            double radius);
+/* Packs the points' places unless they are, and interpolates the fields of the fluid records there. */
 void sphi_gather_evaluate(sph_context *context, sphi_gather *gather, const sphi_frame *frame,
                           const sph_interpolator *interpolator, const sphi_variant *variant,
                           const void *record);

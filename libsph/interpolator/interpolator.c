@@ -2,14 +2,14 @@
 #include "interpolator/interpolator_impl.h"
 #include "interpolator/interpolator_list.h"
 
-#define ROW_AGREES(id, enumerator, operator_name, name, summary, source) \
-  _Static_assert(SPH_INTERPOLATOR_##enumerator == (id),                  \
+#define ROW_AGREES(id, enumerator, operator_name, below, name, summary, source) \
+  _Static_assert(SPH_INTERPOLATOR_##enumerator == (id),                         \
                  "interpolator.h and interpolator_list.h disagree on " name);
 SPHI_INTERPOLATOR_LIST(ROW_AGREES)
 #undef ROW_AGREES
 
-#define COUNT_ROW(id, enumerator, operator_name, name, summary, source) +1
-#define ADD_ID(id, enumerator, operator_name, name, summary, source) +(id)
+#define COUNT_ROW(id, enumerator, operator_name, below, name, summary, source) +1
+#define ADD_ID(id, enumerator, operator_name, below, name, summary, source) +(id)
 enum {
   INTERPOLATORS = 0 SPHI_INTERPOLATOR_LIST(COUNT_ROW),
   IDS = 0 SPHI_INTERPOLATOR_LIST(ADD_ID)
@@ -18,9 +18,9 @@ enum {
 #undef ADD_ID
 _Static_assert(2 * IDS == INTERPOLATORS * (INTERPOLATORS + 1), "the ids run from 1 without gaps");
 
-#define ROW_NAME(id, enumerator, operator_name, name, summary, source) name,
-#define ROW_SUMMARY(id, enumerator, operator_name, name, summary, source) summary,
-#define ROW_SOURCE(id, enumerator, operator_name, name, summary, source) source,
+#define ROW_NAME(id, enumerator, operator_name, below, name, summary, source) name,
+#define ROW_SUMMARY(id, enumerator, operator_name, below, name, summary, source) summary,
+#define ROW_SOURCE(id, enumerator, operator_name, below, name, summary, source) source,
 static const char *const names[] = {SPHI_INTERPOLATOR_LIST(ROW_NAME)};
 static const char *const summaries[] = {SPHI_INTERPOLATOR_LIST(ROW_SUMMARY)};
 static const char *const sources[] = {SPHI_INTERPOLATOR_LIST(ROW_SOURCE)};
@@ -34,7 +34,7 @@ sph_interpolator_type sph_interpolator_at(int k) {
 }
 
 const char *sph_interpolator_name(sph_interpolator_type type) {
-  return known((int)type) ? names[(int)type - 1] : "unknown";
+  return known((int)type) ? names[(int)type - 1] : (int)type == 0 ? "none" : "unknown";
 }
 
 const char *sph_interpolator_summary(sph_interpolator_type type) {
@@ -43,16 +43,6 @@ const char *sph_interpolator_summary(sph_interpolator_type type) {
 
 const char *sph_interpolator_source(sph_interpolator_type type) {
   return known((int)type) ? sources[(int)type - 1] : "unknown";
-}
-
-const char *sph_interpolator_rung_name(sph_interpolator_rung rung) {
-  switch (rung) {
-    case SPH_RUNG_NONE: return "none";
-    case SPH_RUNG_SHEPARD: return "shepard";
-    case SPH_RUNG_NORMALIZED: return "normalized";
-    case SPH_RUNG_LINEAR: return "linear";
-  }
-  return "unknown";
 }
 
 sph_status sph_interpolator_find(sph_context *context, const char *name,
@@ -71,16 +61,11 @@ sph_status sph_interpolator_find(sph_context *context, const char *name,
                     name, nearest);
 }
 
-sph_status sph_interpolator_create(sph_context *context, sph_interpolator_type type,
-                                   sph_kernel *kernel, sph_interpolator **out) {
-  SPH_CHECK(context, out, SPH_E_ARGUMENT, "interpolator: out must not be NULL");
-  *out = NULL;
+static sph_status create(sph_context *context, sph_interpolator_type type, sph_kernel *kernel,
+                         sph_interpolator **out) {
+  const char *name = sph_interpolator_name(type);
   SPH_CHECK(context, context && kernel, SPH_E_ARGUMENT,
             "interpolator: context and kernel must not be NULL");
-  SPH_CHECK(context, known((int)type), SPH_E_ARGUMENT,
-            "interpolator: type must be one of sph_interpolator_type, 1 to %d, got %d",
-            INTERPOLATORS, (int)type);
-  const char *name = sph_interpolator_name(type);
   SPH_CHECK(context, kernel->context == context, SPH_E_ARGUMENT,
             "interpolator \"%s\": its kernel is of another context; create both from one", name);
   SPH_CHECK(context, kernel->dim == 2 || kernel->dim == 3, SPH_E_ARGUMENT,
@@ -95,9 +80,37 @@ sph_status sph_interpolator_create(sph_context *context, sph_interpolator_type t
                                      .mu = 4,
                                      .lambda = 2,
                                      .scale = 1};
+  if (type == SPH_INTERPOLATOR_TUNED_SHEPARD) {
+    interpolator->mu = 2;
+    interpolator->scale = 2 * kernel->h / kernel->support;
+  }
   sphi_context_retain(context);
   sphi_kernel_retain(kernel);
   *out = interpolator;
+  return SPH_OK;
+}
+
+sph_status sph_interpolator_create(sph_context *context, sph_interpolator_type type,
+                                   sph_kernel *kernel, sph_interpolator **out) {
+  SPH_CHECK(context, out, SPH_E_ARGUMENT, "interpolator: out must not be NULL");
+  *out = NULL;
+  SPH_CHECK(context, known((int)type), SPH_E_ARGUMENT,
+            "interpolator: type must be one of sph_interpolator_type, 1 to %d, got %d",
+            INTERPOLATORS, (int)type);
+  SPH_CHECK(context, type != SPH_INTERPOLATOR_USER, SPH_E_ARGUMENT,
+            "interpolator: type \"user\" has no weights; use sph_interpolator_create_user");
+  return create(context, type, kernel, out);
+}
+
+sph_status sph_interpolator_create_user(sph_context *context, sph_kernel *kernel,
+                                        sph_interpolator_weights weights, void *user,
+                                        sph_interpolator **out) {
+  SPH_CHECK(context, out, SPH_E_ARGUMENT, "interpolator: out must not be NULL");
+  *out = NULL;
+  SPH_CHECK(context, weights, SPH_E_ARGUMENT, "interpolator \"user\": weights must not be NULL");
+  SPH_TRY(create(context, SPH_INTERPOLATOR_USER, kernel, out));
+  (*out)->weights = weights;
+  (*out)->user = user;
   return SPH_OK;
 }
 

@@ -1,15 +1,16 @@
 /* Normalised kernel, Huang et al. (2019) eq. (14)-(15): w = W V. */
 #define OPERATOR normalized
-#include "interpolator/ops.h"
 #include "sweep/pair.h"
+
+#include "interpolator/ops.h"
 
 typedef struct op_targets {
   int unused;
 } op_targets;
 
-SPHI_INLINE void op_load(const sphi_interpolation_arguments *a, const int dim, const real *record,
-                         const int stride, op_targets *t) {
-  (void)a, (void)dim, (void)record, (void)stride;
+SPHI_INLINE void op_load(const op_arguments *a, const int dim, const real *record, const int stride,
+                         int32_t first, op_targets *t) {
+  (void)a, (void)dim, (void)record, (void)stride, (void)first;
   t->unused = 0;
 }
 

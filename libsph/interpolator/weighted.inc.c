@@ -4,10 +4,6 @@
  *   op_weight(dim, &t, source, &g)    the weight of one source for W targets, zero outside the support
  * After: the loops.
  */
-typedef sphi_interpolation_arguments op_arguments;
-#define OP_STRIDE(dim) SPHI_RECORD(dim)
-#define OP_STRIDE_SECOND(dim) SPHI_RECORD(dim)
-
 typedef struct op_sums {
   vreal n, gamma, w, f[4], x[3];
 } op_sums;
@@ -27,14 +23,11 @@ SPHI_INLINE void op_pair(const op_arguments *a, const int dim, const op_targets 
 SPHI_INLINE void op_store(const op_arguments *a, const int dim, int32_t first, int32_t count,
                           const op_targets *t, const op_sums *s) {
   (void)t;
-  for (int32_t l = 0; l < count; l++) {
-    double *sums = a->sums + first + l;
-    sums[SPHI_SUM_N * a->n] = (double)s->n[l];
-    sums[SPHI_SUM_GAMMA * a->n] = (double)s->gamma[l];
-    sums[SPHI_SUM_W * a->n] = (double)s->w[l];
-    for (int f = 0; f <= dim; f++) sums[(SPHI_SUM_F + f) * a->n] = (double)s->f[f][l];
-    for (int d = 0; d < dim; d++) sums[(SPHI_SUM_X(dim) + d) * a->n] = (double)s->x[d][l];
-  }
+  op_results r = {.carried = (v_widen(s->w) > 0) & (v_widen(s->gamma) >= a->gamma_min)};
+  const vwide inverse = 1 / v_widen(s->w);
+  for (int f = 0; f <= dim; f++) r.value[f] = v_widen(s->f[f]) * inverse;
+  for (int d = 0; d < dim; d++) r.moment[d] = -v_widen(s->x[d]) * inverse;
+  op_put(a, dim, first, count, s->n, s->gamma, &r);
 }
 
 #include "sweep/pair_loop.inc.c"

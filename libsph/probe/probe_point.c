@@ -18,7 +18,7 @@ static void release_points(sph_probe *probe) {
 /* Pressure of the point in place k of the gather's order. */
 static double pressure_at(const sph_integrator *flow, const sphi_gather *gather, int32_t k) {
   const sphi_interpolation *work = &gather->work;
-  if (work->rung[k] == SPH_RUNG_NONE || work->gamma[k] < SPHI_PROBE_THIN) return 0;
+  if (work->rung[k] == 0 || work->gamma[k] < SPHI_PROBE_THIN) return 0;
   double x[SPHI_MAX_DIM] = {0}, gradient[SPHI_MAX_DIM] = {0};
   const int dim = flow->particles->dim;
   for (int d = 0; d < dim; d++) x[d] = gather->x[d][gather->columns.order[k]];
@@ -43,7 +43,7 @@ static sph_status measure_velocity(sph_probe *probe, double *values) {
   points_data *data = probe->data;
   SPH_TRY(sphi_integrator_gather(probe->flow, &data->gather, data->interpolator, &data->build));
   const sphi_interpolation *work = &data->gather.work;
-  const bool thin = work->rung[0] == SPH_RUNG_NONE || work->gamma[0] < SPHI_PROBE_THIN;
+  const bool thin = work->rung[0] == 0 || work->gamma[0] < SPHI_PROBE_THIN;
   for (int d = 0; d < probe->columns; d++)
     values[d] = thin ? 0 : work->value[(int64_t)(1 + d) * work->n];
   return SPH_OK;

@@ -32,6 +32,8 @@ typedef struct pair {
   vreal w;     /* W(r) */
   vreal gw;    /* (dW/dr)/r: grad_i W_ij = gw dx */
   vint inside; /* all ones where r is below the support */
+  int kernel, dim;
+  const pair_constants *constants;
 } pair;
 
 SPHI_INLINE vreal kernel_f(const int kernel, vreal q2, const int dim, const sphi_kernel_lanes *k) {
@@ -77,8 +79,17 @@ SPHI_INLINE void pair_geometry(const int kernel, const int dim, const pair_const
   }
   const vreal q2 = g->r2 * c->inverse_h2;
   g->inside = g->r2 < c->radius2;
+  g->kernel = kernel;
+  g->dim = dim;
+  g->constants = c;
   g->w = c->norm_w * kernel_f(kernel, q2, dim, &c->lanes);
   g->gw = c->norm_g * kernel_g(kernel, q2, dim, &c->lanes);
+}
+
+/* The pair's kernel at another squared distance. */
+SPHI_INLINE vreal pair_w(const pair *g, vreal r2) {
+  const pair_constants *c = g->constants;
+  return c->norm_w * kernel_f(g->kernel, r2 * c->inverse_h2, g->dim, &c->lanes);
 }
 
 SPHI_INLINE void pair_constants_set(pair_constants *c, const sphi_sweep *sweep) {

@@ -1,7 +1,7 @@
 /* Stamps the loops of one operator for every kernel and dimension.
  *
  * Before: OPERATOR (a name), `op_arguments` (a type), and always-inline functions with dim a literal
- *   op_load(a, dim, record, stride, count, first, &t)   W targets from their records into op_targets
+ *   op_load(a, dim, record, stride, first, &t)         W targets from their records into op_targets
  *   op_pair(a, dim, &t, source, &g, &s)                 one source of the first list into op_sums
  *   op_pair_second(a, dim, &t, source, &g, &s)          one source of the second list
  *   OP_STRIDE(dim), OP_STRIDE_SECOND(dim)               reals a source record
@@ -12,15 +12,15 @@
  */
 
 /* What is done once a cluster is not stamped for every kernel, which would triple the time to compile. */
-#define OP_ENDS(dim)                                                                              \
-  static __attribute__((noinline)) void op_begin_##dim(const op_arguments *a, const real *record, \
-                                                       int stride, op_targets *t) {               \
-    op_load(a, dim, record, stride, t);                                                           \
-  }                                                                                               \
-  static __attribute__((noinline)) void op_end_##dim(const op_arguments *a, int32_t first,        \
-                                                     int32_t count, const op_targets *t,          \
-                                                     const op_sums *s) {                          \
-    op_store(a, dim, first, count, t, s);                                                         \
+#define OP_ENDS(dim)                                                                               \
+  static __attribute__((noinline)) void op_begin_##dim(const op_arguments *a, const real *record,  \
+                                                       int stride, int32_t first, op_targets *t) { \
+    op_load(a, dim, record, stride, first, t);                                                     \
+  }                                                                                                \
+  static __attribute__((noinline)) void op_end_##dim(const op_arguments *a, int32_t first,         \
+                                                     int32_t count, const op_targets *t,           \
+                                                     const op_sums *s) {                           \
+    op_store(a, dim, first, count, t, s);                                                          \
   }
 OP_ENDS(2)
 OP_ENDS(3)
@@ -38,7 +38,7 @@ SPHI_INLINE void op_loop(const int kernel, const int dim, const sphi_sweep *swee
     vfixed x[SPHI_MAX_DIM];
     for (int d = 0; d < dim; d++) x[d] = (vfixed)pair_lanes(record, sweep->target_stride, d);
     op_targets seen;
-    (dim == 2 ? op_begin_2 : op_begin_3)(a, record, sweep->target_stride, &seen);
+    (dim == 2 ? op_begin_2 : op_begin_3)(a, record, sweep->target_stride, first, &seen);
     /* Copies whose addresses stay here can live in registers. */
     const op_targets t = seen;
     op_sums s;

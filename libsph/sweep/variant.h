@@ -56,8 +56,13 @@ typedef void (*sphi_list_function)(sphi_list *list, int32_t part, const sphi_fra
   X(momentum)                 \
   X(rates)                    \
   X(shepard)                  \
+  X(classic_shepard)          \
   X(normalized)               \
-  X(mls_linear)
+  X(nearest)                  \
+  X(sfdi)                     \
+  X(mls_linear)               \
+  X(mls_quadratic)            \
+  X(weights)
 
 enum {
 #define SPHI_OPERATOR_ENUM(name) SPHI_OPERATOR_##name,

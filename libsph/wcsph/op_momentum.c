@@ -26,8 +26,8 @@ typedef struct op_sums {
 } op_sums;
 
 SPHI_INLINE void op_load(const op_arguments *a, const int dim, const real *record, const int stride,
-                         op_targets *t) {
-  (void)a;
+                         int32_t first, op_targets *t) {
+  (void)a, (void)first;
   t->p = pair_lanes(record, stride, SPHI_RECORD_F(dim));
   t->d = pair_lanes(record, stride, SPHI_RECORD_D(dim));
   for (int d = 0; d < dim; d++) {

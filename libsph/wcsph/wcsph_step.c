@@ -527,10 +527,12 @@ static sph_status build(sph_integrator *flow) {
     SPH_TRY(sphi_boundary_move(w->boundary, flow->stats.time));
     SPH_TRY(sphi_boundary_sort(w->boundary, &flow->frame, flow->variant));
   }
-  const double reach = radius - flow->kernel->support + w->boundary->interpolator->kernel->support;
-  SPH_TRY(sphi_boundary_list(w->boundary, &flow->frame, flow->variant, &flow->columns, reach));
+  /* Two particles come nearer by twice what one travels; walls at rest do not come to meet it. */
+  const double margin = (moves ? 1 : 0.5) * (radius - flow->kernel->support);
+  SPH_TRY(sphi_boundary_list(w->boundary, &flow->frame, flow->variant, &flow->columns,
+                             w->boundary->interpolator->kernel->support + margin));
   SPH_TRY(sphi_list_build(flow->context, &w->ghost_list, &flow->frame, &flow->clusters,
-                          &w->boundary->columns, radius));
+                          &w->boundary->columns, flow->kernel->support + margin));
   flow->stats.seconds_search += sphi_seconds() - begin;
   return SPH_OK;
 }
