@@ -13,12 +13,17 @@
 #define LARGEST_EXPONENT 60
 #endif
 
+/* Apart, because it would be stamped into every loop. */
+static __attribute__((noinline)) vreal power_of_any(vreal t, real exponent) {
+  for (int l = 0; l < SPHI_LANES; l++) t[l] = (real)pow((double)t[l], (double)exponent);
+  return t;
+}
+
 /* t^exponent: the exponents of the literature without pow. */
 SPHI_INLINE vreal power(vreal t, real exponent) {
   if (exponent == 1) return t;
   if (exponent == 2) return t * t;
-  for (int l = 0; l < SPHI_LANES; l++) t[l] = (real)pow((double)t[l], (double)exponent);
-  return t;
+  return power_of_any(t, exponent);
 }
 
 /* Whether an inverse power of q2 is to be taken as it is. A particle nearer than 1e-6 R (q2 = 1e-12) gets
