@@ -171,7 +171,7 @@ recommendation() {
   cat <<TEXT
 # Which interpolator?
 
-This page is written by \`make compare-interpolators COMPARE=--update\`: every figure comes out of its runs.
+This page is written by \`make compare-interpolators COMPARE="--update --rest $rest --dx $dx"\`: every figure comes out of its runs.
 What the methods are is in [interpolator.md](interpolator.md).
 
 **Take \`improved-shepard\` with hydrostatic compensation.**
