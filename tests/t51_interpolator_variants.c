@@ -188,10 +188,54 @@ static void moments_and_allocations_are_as_promised(void) {
   take_down(&s);
 }
 
+/* Points at a distance of R to rounding from a particle that is far off in value: Shepard's weight is
+ * nothing there, on whichever side of R the arithmetic puts it. */
+static void particles_at_the_rim_do_not_count(void) {
+  enum { RING = 24 };
+  static const sph_interpolator_type kinds[] = {SPH_INTERPOLATOR_IMPROVED_SHEPARD,
+                                                SPH_INTERPOLATOR_TUNED_SHEPARD};
+  setup s = {.dim = 2};
+  SPH_TEST_OK(NULL, sph_context_create(&s.context));
+  SPH_TEST_OK(s.context, sph_particles_create(s.context, 2, dx, &s.particles));
+  SPH_TEST_OK(s.context, sph_kernel_create(s.context, SPH_KERNEL_GAUSSIAN, 2, 1.3 * dx, &s.kernel));
+  double x[2 * (RING + 1)] = {0}, p[RING + 1] = {1e6};
+  for (int k = 0; k < RING; k++) {
+    const double angle = 2 * 3.14159265358979323846 * k / RING;
+    x[2 * k + 2] = 1.4 * s.kernel->support * cos(angle);
+    x[2 * k + 3] = 1.4 * s.kernel->support * sin(angle);
+    p[k + 1] = 1;
+  }
+  SPH_TEST_OK(s.context, sph_particles_add(s.particles, RING + 1, x, 1000, NULL));
+  SPH_TEST_OK(s.context, sph_particles_write(s.particles, SPH_PRESSURE, p, RING + 1));
+  for (int k = 0; k < 2; k++) {
+    sph_interpolator_destroy(&s.interpolator);
+    any_create(s.context, (int)kinds[k], s.kernel, &s.interpolator);
+    for (int turn = 0; turn < 20; turn++) {
+      for (int q = 0; q < POINTS; q++) {
+        const double angle = turn + 2.4 * q;
+        const double r = s.kernel->support * (1 + 3e-8 * (q % 9 - 6));
+        s.at[2 * q] = r * cos(angle);
+        s.at[2 * q + 1] = r * sin(angle);
+      }
+      for (int isa = SPH_ISA_BASELINE; isa <= SPH_ISA_AVX512; isa++) {
+        if (sph_context_set_isa(s.context, (sph_isa)isa) != SPH_OK) continue;
+        for (int precision = SPH_PRECISION_SINGLE; precision <= SPH_PRECISION_DOUBLE; precision++) {
+          evaluate(&s, sphi_variant_find((sph_isa)isa, (sph_precision)precision), false, s.values,
+                   s.rungs);
+          for (int q = 0; q < POINTS; q++) SPH_TEST_CLOSE(s.values[q], 1, 1e-6, 0);
+        }
+      }
+    }
+  }
+  take_down(&s);
+}
+
 SPH_TEST_MAIN(
     "interpolator_variants",
     {"variants agree with the scalar reference: 1e-12 in double, 1e-5 (quadratic 5e-5) in single",
      variants_agree_with_the_scalar_reference},
+    {"particles at the rim of the support do not count for Shepard",
+     particles_at_the_rim_do_not_count},
     {"storage order does not matter", storage_order_does_not_matter},
     {"moments, neighbours and gamma are as promised, and nothing is allocated",
      moments_and_allocations_are_as_promised})

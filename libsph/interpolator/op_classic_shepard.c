@@ -22,8 +22,9 @@ SPHI_INLINE void op_load(const op_arguments *a, const int dim, const real *recor
 SPHI_INLINE vreal op_weight(const int dim, const op_targets *t, const real *source, const pair *g) {
   (void)dim, (void)source;
   const vreal q2 = g->r2 * t->inverse_radius2; /* (r/R)^2 */
-  const vreal inverse = 1 / power(q2, t->mu_half);
-  return v_where(g->inside, v_select(power_is_far(q2, inverse), inverse, v_set(LARGEST))); /* (1) */
+  const vreal distance = power(q2, t->mu_half);
+  const vint far = power_is_far(q2, distance);
+  return v_where(g->inside, v_select(far, 1 / distance, v_set(LARGEST))); /* (1) */
 }
 
 #include "interpolator/weighted.inc.c"

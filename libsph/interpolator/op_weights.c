@@ -18,7 +18,7 @@ typedef struct op_sums {
   vreal n, gamma;
 } op_sums;
 
-/* Every thread has room for the neighbours of W targets, see sphi_interpolation_reserve_lists(). */
+/* Every thread has room for the neighbours of W targets, see sphi_interpolation_reserve_list(). */
 SPHI_INLINE void op_load(const op_arguments *a, const int dim, const real *record, const int stride,
                          int32_t first, op_targets *t) {
   (void)record, (void)stride, (void)first;

@@ -8,9 +8,11 @@
 #if SPHI_DOUBLE
 #define LARGEST ((real)1e150)
 #define LARGEST_EXPONENT 600
+#define ROUNDING ((real)1e-15)
 #else
 #define LARGEST ((real)1e24)
 #define LARGEST_EXPONENT 60
+#define ROUNDING ((real)1e-6)
 #endif
 
 /* Apart, because it would be stamped into every loop. */
@@ -26,10 +28,10 @@ SPHI_INLINE vreal power(vreal t, real exponent) {
   return power_of_any(t, exponent);
 }
 
-/* Whether an inverse power of q2 is to be taken as it is. A particle nearer than 1e-6 R (q2 = 1e-12) gets
- * the largest weight whatever the exponent, so that it is returned as it is. */
-SPHI_INLINE vint power_is_far(vreal q2, vreal inverse) {
-  return (q2 > (real)1e-12) & (inverse < v_set(LARGEST));
+/* Whether q2^exponent may be divided by. A particle nearer than 1e-6 R (q2 = 1e-12) gets the
+ * largest weight whatever the exponent, so that it is returned as it is. */
+SPHI_INLINE vint power_is_far(vreal q2, vreal raised) {
+  return (q2 > (real)1e-12) & (raised > 1 / LARGEST);
 }
 
 #endif
