@@ -24,6 +24,24 @@ static inline void any_create(sph_context *context, int type, sph_kernel *kernel
                 sph_interpolator_create(context, (sph_interpolator_type)type, kernel, out));
 }
 
+/* Fields to interpolate. */
+static inline double constant(const double *x, int dim) {
+  (void)x, (void)dim;
+  return 1234.5;
+}
+
+static const double any_slope[3] = {370, -9810, 150};
+
+static inline double linear(const double *x, int dim) {
+  double f = 2943;
+  for (int d = 0; d < dim; d++) f += any_slope[d] * x[d];
+  return f;
+}
+
+static inline double wavy(const double *x, int dim) {
+  return sin(23 * x[0]) + cos(31 * x[1]) + (dim == 3 ? sin(17 * x[2] + 1) : 0);
+}
+
 static inline bool any_sfdi(int type) {
   return type == SPH_INTERPOLATOR_SFDI || type == SPH_INTERPOLATOR_SFDI_PRINTED;
 }

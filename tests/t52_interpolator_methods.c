@@ -121,19 +121,6 @@ static void place_points(world *w, int zone, double extent) {
 
 static bool has_gradient(int type) { return any_mls(type) || any_sfdi(type); }
 
-static double constant(const double *x, int dim) {
-  (void)x, (void)dim;
-  return 1234.5;
-}
-
-static const double slope[3] = {370, -9810, 150};
-
-static double linear(const double *x, int dim) {
-  double f = 2943;
-  for (int d = 0; d < dim; d++) f += slope[d] * x[d];
-  return f;
-}
-
 static const double bend[3][3] = {{9000, -4000, 2500}, {-4000, 7000, 5000}, {2500, 5000, -8000}};
 
 static double quadratic(const double *x, int dim) {
@@ -141,10 +128,6 @@ static double quadratic(const double *x, int dim) {
   for (int d = 0; d < dim; d++)
     for (int e = 0; e < dim; e++) f += bend[d][e] * x[d] * x[e];
   return f;
-}
-
-static double wavy(const double *x, int dim) {
-  return sin(23 * x[0]) + cos(31 * x[1]) + (dim == 3 ? sin(17 * x[2] + 1) : 0);
 }
 
 /* Every kind, dimension, disorder and zone: check(w, type, zone) looks at one. */
@@ -182,7 +165,7 @@ static void check_degree(world *w, int type, int zone) {
   fill(w, linear);
   SPH_TEST_OK(w->context,
               sph_interpolator_evaluate_compensated(w->interpolator, w->particles, w->points, w->at,
-                                                    "f", slope, w->values, w->rungs));
+                                                    "f", any_slope, w->values, w->rungs));
   for (int k = 0; k < w->points; k++)
     SPH_TEST_CLOSE(w->values[k], linear(w->at + k * w->dim, w->dim), 1e-12, 0);
 }
@@ -415,7 +398,7 @@ static void check_gradients(world *w, int type, int zone) {
   for (int k = 0; k < w->points; k++) {
     const double *at = w->at + k * w->dim, *found = gradients + k * w->dim;
     for (int d = 0; d < w->dim; d++) {
-      double g = slope[d];
+      double g = any_slope[d];
       for (int e = 0; e < w->dim && any_degree(type) == 2; e++) g += 2 * bend[d][e] * at[e];
       CU_ASSERT(has_gradient(w->rungs[k]) || found[d] == 0);
       if (any_degree(w->rungs[k]) == any_degree(type) && any_degree(type) > 0)

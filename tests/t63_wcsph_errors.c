@@ -504,6 +504,23 @@ static void crossing_is_found(void) {
   flow_free(&w);
 }
 
+/* A motion that jumps without a velocity to match leaves particles at rest 0.8 dx inside a wall. */
+static void a_wall_that_jumps_over_particles_is_found(void) {
+  double shift = 0;
+  flow_world w = flow_open((flow_plan){.dx = 0.05, .c0 = 40});
+  const double lo[2] = {0, 0}, hi[2] = {1, 0.5}, top[2] = {1.5, 1};
+  SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0));
+  SPH_TEST_OK(w.context, sph_wall_create_box(w.context, 2, lo, top, SPH_SIDE_HI(1), &w.wall));
+  SPH_TEST_OK(w.context, sph_wall_set_motion(w.wall, shifted, &shift));
+  flow_build(&w);
+  SPH_TEST_OK(w.context, sph_integrator_set_dt(w.flow, 1e-9));
+  flow_steps(&w, 2);
+  shift = 1.3 * w.dx;
+  CU_ASSERT_EQUAL(sph_integrator_step(w.flow), SPH_E_DIVERGED);
+  CU_ASSERT(strstr(sph_context_message(w.context), "crossed wall \"wall\" by ") != NULL);
+  flow_free(&w);
+}
+
 /* Nine particles that fly apart so fast that the middle one's density would turn negative. */
 static void negative_density_is_found(void) {
   flow_world w =
@@ -551,5 +568,7 @@ SPH_TEST_MAIN("wcsph errors", {"creation errors", creation_errors},
               {"a particle faster than a spacing a step stops the run", too_fast_is_found},
               {"a particle that leaves the domain stops the run", leaving_is_found},
               {"a particle that crosses a wall stops the run", crossing_is_found},
+              {"a wall that jumps over particles stops the run",
+               a_wall_that_jumps_over_particles_is_found},
               {"a negative density stops the run", negative_density_is_found},
               {"stepping on after a stop is refused", after_a_stop})

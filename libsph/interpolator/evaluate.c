@@ -49,7 +49,8 @@ static sph_status check(const sph_interpolator *interpolator, const sphi_evaluat
   SPH_CHECK(context, e->at || e->points == 0, SPH_E_ARGUMENT,
             "interpolator \"%s\": at must not be NULL", name);
   SPH_CHECK(context, !e->gradient || sphi_finite(dim, e->gradient), SPH_E_ARGUMENT,
-            "interpolator \"%s\": gradient must be finite", name);
+            "interpolator \"%s\": gradient must be finite, got (%g, %g, %g)", name, e->gradient[0],
+            e->gradient[1], dim == 3 ? e->gradient[2] : 0.0);
   for (int64_t k = 0; k < e->points; k++)
     SPH_CHECK(context, sphi_finite(dim, e->at + k * dim), SPH_E_ARGUMENT,
               "interpolator \"%s\": point %lld must be finite, got (%g, %g, %g)", name,

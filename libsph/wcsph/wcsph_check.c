@@ -99,8 +99,8 @@ static contact stop_at_walls(sph_integrator *flow, int32_t i, double dt) {
       at[d] = x[d][i] - wall->displacement[d];
       speed2 += (v[d][i] - wall->velocity[d]) * (v[d][i] - wall->velocity[d]);
     }
-    /* What crossed did so within this step, at about this speed. */
-    const double bound = fmax(depth + reach, 2 * sqrt(speed2) * dt);
+    /* What crossed did so within this step, in which it moved less than a spacing. */
+    const double bound = fmax(flow->particles->spacing, 2 * sqrt(speed2) * dt);
     const double distance = distance_to(boundary->wall[k], at, bound, foot);
     if (distance >= bound || distance == 0) continue;
     if (distance <= -depth) return CONTACT_CROSSED;
