@@ -22,14 +22,19 @@ SPHI_INLINE vreal sphi_cubic_spline_f(vreal q2, int dim, const sphi_kernel_lanes
   return (real)0.25 * a * a * a - b * b * b;
 }
 
-/* f'(q)/q */
+/* f'(q)/q = slope g(q) */
+SPHI_INLINE double sphi_cubic_spline_slope(int dim) {
+  (void)dim;
+  return -3;
+}
+
 SPHI_INLINE vreal sphi_cubic_spline_g(vreal q2, int dim, const sphi_kernel_lanes *k) {
   (void)dim, (void)k;
   const vreal q = v_sqrt(q2), a = v_positive(2 - q);
   const vint inner = q2 < 1;
   /* The divisor is kept away from zero where the quotient is not used. */
-  const vreal outer = (real)-0.75 * a * a / v_select(inner, v_set(1), q);
-  return v_select(inner, (real)2.25 * q - 3, outer);
+  const vreal outer = (real)0.25 * a * a / v_select(inner, v_set(1), q);
+  return v_select(inner, 1 - (real)0.75 * q, outer);
 }
 
 #endif

@@ -22,13 +22,18 @@ SPHI_INLINE double sphi_gaussian_sigma(int dim) {
 /* f(q) */
 SPHI_INLINE vreal sphi_gaussian_f(vreal q2, int dim, const sphi_kernel_lanes *k) {
   (void)dim, (void)k;
-  return v_where(q2 < 9, v_exp_minus(q2) - (real)1.2340980408667956e-4);
+  return v_where(q2 < 9, v_exp_minus_to_9(q2) - (real)1.2340980408667956e-4);
 }
 
-/* f'(q)/q */
+/* f'(q)/q = slope g(q) */
+SPHI_INLINE double sphi_gaussian_slope(int dim) {
+  (void)dim;
+  return -2;
+}
+
 SPHI_INLINE vreal sphi_gaussian_g(vreal q2, int dim, const sphi_kernel_lanes *k) {
   (void)dim, (void)k;
-  return v_where(q2 < 9, -2 * v_exp_minus(q2));
+  return v_where(q2 < 9, v_exp_minus_to_9(q2));
 }
 
 #endif

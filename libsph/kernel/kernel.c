@@ -62,10 +62,20 @@ sph_status sphi_kernel_check(sph_context *context, const char *name, int dim, do
   return SPH_OK;
 }
 
+static double slope_of(int type, int dim) {
+  switch ((sph_kernel_type)type) {
+#define SLOPE(id, enumerator, stem, name, ratio, summary, source) \
+  case SPH_KERNEL_##enumerator: return sphi_##stem##_slope(dim);
+    SPHI_KERNEL_LIST(SLOPE)
+#undef SLOPE
+  }
+  return NAN;
+}
+
 sph_status sphi_kernel_new(sph_context *context, const sph_kernel *values, sph_kernel **out) {
   const char *name = sph_kernel_name((sph_kernel_type)values->type);
   const double norm_w = values->sigma / pow(values->h, values->dim);
-  const double norm_g = norm_w / (values->h * values->h);
+  const double norm_g = slope_of(values->type, values->dim) * norm_w / (values->h * values->h);
   SPH_CHECK(context, isnormal(norm_w) && isnormal(norm_g) && isnormal(values->ratio * values->h),
             SPH_E_ARGUMENT, "kernel \"%s\": h = %g m overflows in h^-%d; use other units of length",
             name, values->h, values->dim + 2);
@@ -136,7 +146,7 @@ double sph_kernel_get_normalization(const sph_kernel *kernel) {
   return kernel ? kernel->sigma : NAN;
 }
 
-/* f(q), or f'(q)/q: the text of the pair loops with one lane of double. */
+/* f(q), or g(q): the text of the pair loops with one lane of double. */
 static double formula(const sph_kernel *kernel, double q2, bool derivative) {
   const sphi_kernel_lanes lanes = sphi_kernel_lanes_of(kernel);
   const vreal x = v_set(q2);
@@ -163,7 +173,7 @@ static double value(const sph_kernel *kernel, double r) {
   return kernel->norm_w * formula(kernel, q * q, false);
 }
 
-/* dW/dr = sigma h^-(dim+1) f'(q) = sigma h^-(dim+2) r f'(q)/q */
+/* dW/dr = sigma h^-(dim+1) f'(q) = norm_g r g(q) */
 static double slope(const sph_kernel *kernel, double r) {
   if (r >= kernel->support) return 0;
   const double q = r / kernel->h;

@@ -20,7 +20,7 @@ struct sph_kernel {
   double support;      /* ratio * h [m] */
   double sigma;        /* normalisation: W = sigma h^-dim f(q), dW/dr = sigma h^-(dim+1) f'(q) */
   double norm_w;       /* sigma h^-dim: W = norm_w f(q) */
-  double norm_g;       /* sigma h^-(dim+2): (dW/dr) / r = norm_g f'(q) / q */
+  double norm_g;       /* slope sigma h^-(dim+2): (dW/dr) / r = norm_g g(q) */
   double *table;       /* NULL, or [SPHI_KERNEL_SEGMENTS][8] */
   float *table_single; /* the same rounded to float */
   sph_kernel_function w, dw; /* a caller's kernel, as given */

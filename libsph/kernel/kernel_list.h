@@ -5,7 +5,8 @@
  * A header <stem>.h defines
  *   double sphi_<stem>_sigma(int dim)                       the normalisation
  *   vreal sphi_<stem>_f(vreal q2, int dim, lanes)           f(q), q2 = (r/h)^2
- *   vreal sphi_<stem>_g(vreal q2, int dim, lanes)           f'(q)/q, finite at q = 0
+ *   double sphi_<stem>_slope(int dim)                       a constant factor of f'
+ *   vreal sphi_<stem>_g(vreal q2, int dim, lanes)           f'(q)/q without it, finite at q = 0
  * f and g are exactly zero for q >= support radius / h, and dim is a literal at every call.
  * With SPHI_KERNEL_ROWS_ONLY defined, this file gives the rows without the formulas.
  */

@@ -24,15 +24,20 @@ SPHI_INLINE vreal sphi_quintic_spline_f(vreal q2, int dim, const sphi_kernel_lan
   return a2 * a2 * a - 6 * (b2 * b2 * b) + 15 * (c2 * c2 * c);
 }
 
-/* f'(q)/q */
+/* f'(q)/q = slope g(q) */
+SPHI_INLINE double sphi_quintic_spline_slope(int dim) {
+  (void)dim;
+  return -5;
+}
+
 SPHI_INLINE vreal sphi_quintic_spline_g(vreal q2, int dim, const sphi_kernel_lanes *k) {
   (void)dim, (void)k;
   const vreal q = v_sqrt(q2), a = v_positive(3 - q), b = v_positive(2 - q);
   const vreal a2 = a * a, b2 = b * b;
   const vint inner = q2 < 1;
   /* The divisor is kept away from zero where the quotient is not used. */
-  const vreal outer = (30 * (b2 * b2) - 5 * (a2 * a2)) / v_select(inner, v_set(1), q);
-  return v_select(inner, q2 * (120 - 50 * q) - 120, outer);
+  const vreal outer = (a2 * a2 - 6 * (b2 * b2)) / v_select(inner, v_set(1), q);
+  return v_select(inner, 24 - q2 * (24 - 10 * q), outer);
 }
 
 #endif

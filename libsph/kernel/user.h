@@ -31,7 +31,12 @@ SPHI_INLINE vreal sphi_user_f(vreal q2, int dim, const sphi_kernel_lanes *k) {
   return sphi_user_piece(q2, k, 0);
 }
 
-/* f'(q)/q */
+/* f'(q)/q = slope g(q) */
+SPHI_INLINE double sphi_user_slope(int dim) {
+  (void)dim;
+  return 1;
+}
+
 SPHI_INLINE vreal sphi_user_g(vreal q2, int dim, const sphi_kernel_lanes *k) {
   (void)dim;
   return sphi_user_piece(q2, k, 4);

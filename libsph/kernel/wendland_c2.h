@@ -25,12 +25,13 @@ SPHI_INLINE vreal sphi_wendland_c2_f(vreal q2, int dim, const sphi_kernel_lanes 
   return a2 * a2 * (1 + 2 * q);
 }
 
-/* f'(q)/q */
+/* f'(q)/q = slope g(q) */
+SPHI_INLINE double sphi_wendland_c2_slope(int dim) { return dim == 1 ? -3 : -5; }
+
 SPHI_INLINE vreal sphi_wendland_c2_g(vreal q2, int dim, const sphi_kernel_lanes *k) {
   (void)k;
   const vreal a = v_positive(1 - (real)0.5 * v_sqrt(q2));
-  if (dim == 1) return -3 * (a * a);
-  return a * a * (-5 * a);
+  return dim == 1 ? a * a : a * a * a;
 }
 
 #endif

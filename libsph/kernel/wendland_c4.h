@@ -24,12 +24,14 @@ SPHI_INLINE vreal sphi_wendland_c4_f(vreal q2, int dim, const sphi_kernel_lanes 
   return a4 * a2 * (1 + 3 * q + (real)(35.0 / 12) * q2);
 }
 
-/* f'(q)/q */
+/* f'(q)/q = slope g(q) */
+SPHI_INLINE double sphi_wendland_c4_slope(int dim) { return dim == 1 ? -7.0 / 2 : -14.0 / 3; }
+
 SPHI_INLINE vreal sphi_wendland_c4_g(vreal q2, int dim, const sphi_kernel_lanes *k) {
   (void)k;
   const vreal q = v_sqrt(q2), a = v_positive(1 - (real)0.5 * q), a2 = a * a, a4 = a2 * a2;
-  if (dim == 1) return a4 * (-7 * q - (real)3.5);
-  return a4 * a * ((real)(-35.0 / 3) * q - (real)(14.0 / 3));
+  if (dim == 1) return a4 * (1 + 2 * q);
+  return a4 * a * (1 + (real)2.5 * q);
 }
 
 #endif

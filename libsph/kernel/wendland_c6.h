@@ -26,12 +26,14 @@ SPHI_INLINE vreal sphi_wendland_c6_f(vreal q2, int dim, const sphi_kernel_lanes 
   return a4 * a4 * (1 + 4 * q + q2 * ((real)6.25 + 4 * q));
 }
 
-/* f'(q)/q */
+/* f'(q)/q = slope g(q) */
+SPHI_INLINE double sphi_wendland_c6_slope(int dim) { return dim == 1 ? -9.0 / 2 : -11.0 / 2; }
+
 SPHI_INLINE vreal sphi_wendland_c6_g(vreal q2, int dim, const sphi_kernel_lanes *k) {
   (void)k;
   const vreal q = v_sqrt(q2), a = v_positive(1 - (real)0.5 * q), a2 = a * a, a4 = a2 * a2;
-  if (dim == 1) return a4 * a2 * ((real)-4.5 - (real)13.5 * q - (real)13.125 * q2);
-  return a4 * a2 * a * ((real)-5.5 - (real)19.25 * q - 22 * q2);
+  if (dim == 1) return a4 * a2 * (1 + 3 * q + (real)(35.0 / 12) * q2);
+  return a4 * a2 * a * (1 + (real)3.5 * q + 4 * q2);
 }
 
 #endif

@@ -6,11 +6,14 @@ void sphi_frame_set(sphi_frame *frame, int dim, const double *origin, double rad
                     const bool *periodic, const double *lo, const double *hi) {
   memset(frame, 0, sizeof *frame);
   frame->dim = dim;
+  frame->step = ldexp(radius, -24); /* differences below the radius are exact in float */
+  frame->uniform = true;
   for (int d = 0; d < dim; d++) {
     frame->origin[d] = origin[d];
-    frame->unit[d] = ldexp(radius, -24); /* differences below the radius are exact in float */
+    frame->unit[d] = frame->step;
     if (periodic && periodic[d]) {
       frame->periodic[d] = true;
+      frame->uniform = false;
       frame->lo[d] = frame->origin[d] = lo[d];
       frame->length[d] = hi[d] - lo[d];
       frame->unit[d] = ldexp(frame->length[d], -32);

@@ -20,6 +20,8 @@ typedef struct sphi_frame {
   double length[SPHI_MAX_DIM]; /* ... and is this long; 0 elsewhere */
   double origin[SPHI_MAX_DIM];
   double unit[SPHI_MAX_DIM], per_unit[SPHI_MAX_DIM];
+  double step;  /* the unit of directions that are not periodic */
+  bool uniform; /* none is: every direction has that unit */
 } sphi_frame;
 
 /* A frame for pairs closer than `radius`; origin is any point near the particles. */
@@ -115,6 +117,7 @@ typedef struct sphi_list_entry {
   int64_t offset;
   int32_t part;
   int32_t count;
+  int32_t near; /* the first of them are those to visit, see sphi_sweep.prune; all after a build */
 } sphi_list_entry;
 
 typedef struct sphi_list_part {

@@ -120,7 +120,8 @@ static void list_rows(sphi_list *list, int32_t part, const sphi_frame *frame,
       p->used = -1;
       return;
     }
-    list->entry[c] = (sphi_list_entry){offset, part, (int32_t)(p->used - offset)};
+    const int32_t count = (int32_t)(p->used - offset);
+    list->entry[c] = (sphi_list_entry){offset, part, count, count};
   }
   v_leave();
 }

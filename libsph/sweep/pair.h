@@ -15,16 +15,30 @@ typedef uint32_t fixed;
 typedef uint32_t vfixed __attribute__((vector_size(sizeof(real) * SPHI_LANES)));
 #endif
 
-/* Constants of one sweep, in the loop's arithmetic. */
+/* How an operator sees lengths and slopes. Physics in few words wants metres; the loops that take most
+ * of a step do without the factors that are the same for all pairs, and put them in at the end:
+ *   PAIR_METRES  dx in metres, gw = (dW/dr)/r
+ *   PAIR_BARE    dx in units of `length`, gw without its factor `slope`
+ *   PAIR_SCALED  the same where directions have different fixed-point units (periodic ones) */
+enum { PAIR_METRES, PAIR_BARE, PAIR_SCALED };
+
+/* Constants of one sweep, in the loop's arithmetic; lengths in the operator's units. */
 typedef struct pair_constants {
-  real unit[SPHI_MAX_DIM];   /* float: metres a fixed-point step */
+  real unit[SPHI_MAX_DIM];   /* float: lengths a fixed-point step */
   real period[SPHI_MAX_DIM]; /* double: periods and their inverses, 0 where not periodic */
   real inverse_period[SPHI_MAX_DIM];
   real inverse_h2;
-  real norm_w, norm_g; /* W = norm_w f(q), (dW/dr)/r = norm_g f'(q)/q */
+  real norm_w, norm_g; /* W = norm_w f(q), gw = norm_g g(q) */
   real radius2;
+  real per_metre; /* lengths a metre */
+  real prune2;
   sphi_kernel_lanes lanes;
 } pair_constants;
+
+/* What turns bare sums into those of metres: 1 where they are already. */
+typedef struct pair_units {
+  double length, slope;
+} pair_units;
 
 typedef struct pair {
   vreal dx[SPHI_MAX_DIM]; /* x_i - x_j */
@@ -57,33 +71,42 @@ SPHI_INLINE vreal kernel_g(const int kernel, vreal q2, const int dim, const sphi
 }
 
 /* Difference of positions; periodic directions give the nearest image in both arithmetics. */
-SPHI_INLINE vreal pair_difference(vfixed xi, fixed xj, const pair_constants *c, const int d) {
+SPHI_INLINE vreal pair_difference(vfixed xi, fixed xj, const int view, const pair_constants *c,
+                                  const int d) {
 #if SPHI_DOUBLE
+  (void)view;
   const vreal dx = xi - xj;
   vreal image = dx * c->inverse_period[d];
   for (int l = 0; l < SPHI_LANES; l++) image[l] = rint(image[l]);
   return dx - image * c->period[d];
 #else
-  return __builtin_convertvector((vint)(xi - xj), vreal) * c->unit[d];
+  const vreal dx = __builtin_convertvector((vint)(xi - xj), vreal);
+  return view == PAIR_BARE ? dx : dx * c->unit[d];
 #endif
 }
 
-SPHI_INLINE void pair_geometry(const int kernel, const int dim, const pair_constants *c,
-                               const vfixed *xi, const real *source, pair *g) {
-  fixed xj[SPHI_MAX_DIM];
-  memcpy(xj, source, sizeof(real) * (size_t)dim);
-  g->r2 = v_set(0);
+/* Where the source is: dx and r2. */
+SPHI_INLINE void pair_place(const int dim, const int view, const pair_constants *c,
+                            const vfixed *xi, const real *source, pair *g) {
   for (int d = 0; d < dim; d++) {
-    g->dx[d] = pair_difference(xi[d], xj[d], c, d);
-    g->r2 += g->dx[d] * g->dx[d];
+    fixed xj;
+    memcpy(&xj, source + d, sizeof xj);
+    g->dx[d] = pair_difference(xi[d], xj, view, c, d);
+    g->r2 = d == 0 ? g->dx[d] * g->dx[d] : g->r2 + g->dx[d] * g->dx[d];
   }
+}
+
+/* What follows from that. */
+SPHI_INLINE void pair_kernel(const int kernel, const int dim, const int view,
+                             const pair_constants *c, pair *g) {
   const vreal q2 = g->r2 * c->inverse_h2;
   g->inside = g->r2 < c->radius2;
   g->kernel = kernel;
   g->dim = dim;
   g->constants = c;
   g->w = c->norm_w * kernel_f(kernel, q2, dim, &c->lanes);
-  g->gw = c->norm_g * kernel_g(kernel, q2, dim, &c->lanes);
+  g->gw = kernel_g(kernel, q2, dim, &c->lanes);
+  if (view == PAIR_METRES) g->gw *= c->norm_g;
 }
 
 /* The pair's kernel at another squared distance. */
@@ -92,19 +115,32 @@ SPHI_INLINE vreal pair_w(const pair *g, vreal r2) {
   return c->norm_w * kernel_f(g->kernel, r2 * c->inverse_h2, g->dim, &c->lanes);
 }
 
-SPHI_INLINE void pair_constants_set(pair_constants *c, const sphi_sweep *sweep) {
+/* grad_i W_ij V_j */
+SPHI_INLINE void pair_gradient(const int dim, vreal gw, real volume, const pair *g,
+                               vreal *gradient) {
+  const vreal gwv = gw * volume;
+  for (int d = 0; d < dim; d++) gradient[d] = gwv * g->dx[d];
+}
+
+SPHI_INLINE pair_units pair_constants_set(pair_constants *c, const int view,
+                                          const sphi_sweep *sweep) {
   const sph_kernel *kernel = sweep->kernel;
-  const double h = kernel->h;
+  const bool bare = view != PAIR_METRES;
+  const double length = bare && !SPHI_DOUBLE ? sweep->frame->step : 1;
+  const double h = kernel->h / length, support = kernel->support / length;
   for (int d = 0; d < sweep->frame->dim; d++) {
-    c->unit[d] = (real)sweep->frame->unit[d];
+    c->unit[d] = (real)(sweep->frame->unit[d] / length);
     c->period[d] = (real)sweep->frame->length[d];
     c->inverse_period[d] = sweep->frame->periodic[d] ? (real)(1 / sweep->frame->length[d]) : 0;
   }
   c->inverse_h2 = (real)(1 / (h * h));
   c->norm_w = (real)kernel->norm_w;
   c->norm_g = (real)kernel->norm_g;
-  c->radius2 = (real)(kernel->support * kernel->support);
+  c->radius2 = (real)(support * support);
+  c->per_metre = (real)(1 / length);
+  c->prune2 = (real)(sweep->prune / length * (sweep->prune / length));
   c->lanes = sphi_kernel_lanes_of(kernel);
+  return (pair_units){length, bare ? kernel->norm_g : 1};
 }
 
 /* Lanes of one value of consecutive records; lanes past the cluster's end read the padding. */

@@ -8,6 +8,8 @@
  * still cancel for a linear density. (3) over fluid and ghosts.
  */
 #define OPERATOR gradient
+#define OP_BARE 1
+#define OP_PRUNES 1
 #include "sweep/pair.h"
 #include "wcsph/ops.h"
 
@@ -35,37 +37,38 @@ SPHI_INLINE void op_load(const op_arguments *a, const int dim, const real *recor
 SPHI_INLINE void op_pair(const op_arguments *a, const int dim, const op_targets *t,
                          const real *source, const pair *g, op_sums *s) {
   (void)a;
-  const vreal gwv = g->gw * source[SPHI_RECORD_V(dim)];
+  vreal gradient[3];
+  pair_gradient(dim, g->gw, source[SPHI_RECORD_V(dim)], g, gradient);
   const real *v = source + SPHI_RECORD_F(dim) + 1;
-  const vreal difference = gwv * (source[SPHI_RECORD_D(dim)] - t->d);
-  vreal approach = v_set(0);
+  const vreal difference = source[SPHI_RECORD_D(dim)] - t->d;
+  /* x_ji (x) grad W = -dx (x) grad W; the sign is put in at the end. */
   for (int d = 0; d < dim; d++) {
-    approach += (v[d] - t->v[d]) * g->dx[d];
-    s->b[d] += difference * g->dx[d];
+    s->divergence += (v[d] - t->v[d]) * gradient[d];
+    s->b[d] += difference * gradient[d];
+    s->m[d] += gradient[d] * g->dx[d];
   }
-  s->divergence += gwv * approach;
-  /* x_ji (x) grad W = -gw dx (x) dx; the sign is put in at the end. */
-  const vreal gx = gwv * g->dx[0], gy = gwv * g->dx[1];
-  s->m[0] += gx * g->dx[0];
-  s->m[1] += gy * g->dx[1];
-  if (dim == 2) {
-    s->m[2] += gx * g->dx[1];
-  } else {
-    const vreal gz = gwv * g->dx[2];
-    s->m[2] += gz * g->dx[2];
-    s->m[3] += gx * g->dx[1];
-    s->m[4] += gx * g->dx[2];
-    s->m[5] += gy * g->dx[2];
+  s->m[dim] += gradient[0] * g->dx[1];
+  if (dim == 3) {
+    s->m[4] += gradient[0] * g->dx[2];
+    s->m[5] += gradient[1] * g->dx[2];
   }
 }
 
 SPHI_INLINE void op_pair_second(const op_arguments *a, const int dim, const op_targets *t,
                                 const real *source, const pair *g, op_sums *s) {
   (void)a;
+  vreal gradient[3];
+  pair_gradient(dim, ghost_gw(dim, source, g), source[SPHI_RECORD_V(dim)], g, gradient);
   const real *v = source + SPHI_RECORD_F(dim) + 1;
-  vreal approach = v_set(0);
-  for (int d = 0; d < dim; d++) approach += (v[d] - t->v[d]) * g->dx[d];
-  s->divergence += ghost_gw(dim, source, g) * source[SPHI_RECORD_V(dim)] * approach;
+  for (int d = 0; d < dim; d++) s->divergence += (v[d] - t->v[d]) * gradient[d];
+}
+
+SPHI_INLINE void op_metres(const int dim, const pair_units *units, op_sums *s) {
+  const real once = (real)(units->slope * units->length);
+  const real twice = (real)(units->slope * units->length * units->length);
+  s->divergence *= once;
+  for (int d = 0; d < dim; d++) s->b[d] *= once;
+  for (int k = 0; k < (dim == 2 ? 3 : 6); k++) s->m[k] *= twice;
 }
 
 /* Smallest eigenvalue of a symmetric matrix {xx yy xy}. */

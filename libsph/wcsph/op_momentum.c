@@ -10,6 +10,7 @@
  * only where the wall is no-slip; they take no part in (2), so that no mass diffuses into walls.
  */
 #define OPERATOR momentum
+#define OP_BARE 1
 #include "sweep/pair.h"
 #include "wcsph/ops.h"
 
@@ -22,7 +23,7 @@ typedef struct op_targets {
 } op_targets;
 
 typedef struct op_sums {
-  vreal pressure[3], viscous[3], diffusion;
+  vreal pressure[3], viscous[3], diffusion, difference;
 } op_sums;
 
 SPHI_INLINE void op_load(const op_arguments *a, const int dim, const real *record, const int stride,
@@ -36,41 +37,53 @@ SPHI_INLINE void op_load(const op_arguments *a, const int dim, const real *recor
   }
 }
 
-/* (u_j - u_i) . x_ij / |x_ij|^2, zero for a particle with itself: |x|^2 is kept off zero. */
+/* (u_j - u_i) . x_ij / |x_ij|^2, zero for a particle with itself: |x|^2 is kept off zero, by one
+ * fixed-point step where those are the unit. */
 SPHI_INLINE vreal approach_rate(const int dim, const op_targets *t, const real *v, const pair *g) {
   vreal approach = v_set(0);
   for (int d = 0; d < dim; d++) approach += (v[d] - t->v[d]) * g->dx[d];
-  return approach / (g->r2 + (real)1e-30);
+  return approach * v_reciprocal(g->r2 + (real)(SPHI_DOUBLE ? 1e-30 : 1));
 }
 
 SPHI_INLINE void op_pair(const op_arguments *a, const int dim, const op_targets *t,
                          const real *source, const pair *g, op_sums *s) {
   (void)a;
-  const vreal gwv = g->gw * source[SPHI_RECORD_V(dim)];
-  const vreal pressure = gwv * (t->p + source[SPHI_RECORD_F(dim)]);
+  vreal gradient[3];
+  pair_gradient(dim, g->gw, source[SPHI_RECORD_V(dim)], g, gradient);
+  const vreal push = t->p + source[SPHI_RECORD_F(dim)];
   /* pi_ij has x_ji where approach_rate has x_ij: the sign is put in at the end. */
-  const vreal viscous = gwv * approach_rate(dim, t, source + SPHI_RECORD_F(dim) + 1, g);
+  const vreal drag = approach_rate(dim, t, source + SPHI_RECORD_F(dim) + 1, g);
   /* psi . grad W = -gw [2 (rho_j - rho_i) + (g_i + g_j) . x_ij]: the quotient by |x|^2 cancels. */
   const real *gj = source + SPHI_RECORD_G(dim);
-  vreal psi = 2 * (source[SPHI_RECORD_D(dim)] - t->d);
+  const vreal difference = source[SPHI_RECORD_D(dim)] - t->d;
+  s->difference += g->gw * source[SPHI_RECORD_V(dim)] * difference;
   for (int d = 0; d < dim; d++) {
-    psi += (t->g[d] + gj[d]) * g->dx[d];
-    s->pressure[d] += pressure * g->dx[d];
-    s->viscous[d] += viscous * g->dx[d];
+    s->diffusion += (t->g[d] + gj[d]) * gradient[d];
+    s->pressure[d] += push * gradient[d];
+    s->viscous[d] += drag * gradient[d];
   }
-  s->diffusion += gwv * psi;
 }
 
 SPHI_INLINE void op_pair_second(const op_arguments *a, const int dim, const op_targets *t,
                                 const real *source, const pair *g, op_sums *s) {
   (void)a;
-  const vreal gwv = ghost_gw(dim, source, g) * source[SPHI_RECORD_V(dim)];
-  const vreal pressure = gwv * (t->p + source[SPHI_RECORD_F(dim)]);
-  const vreal viscous =
-      source[SPHI_GHOST_S(dim)] * gwv * approach_rate(dim, t, source + SPHI_RECORD_F(dim) + 1, g);
+  vreal gradient[3];
+  pair_gradient(dim, ghost_gw(dim, source, g), source[SPHI_RECORD_V(dim)], g, gradient);
+  const vreal push = t->p + source[SPHI_RECORD_F(dim)];
+  const vreal drag =
+      source[SPHI_GHOST_S(dim)] * approach_rate(dim, t, source + SPHI_RECORD_F(dim) + 1, g);
   for (int d = 0; d < dim; d++) {
-    s->pressure[d] += pressure * g->dx[d];
-    s->viscous[d] += viscous * g->dx[d];
+    s->pressure[d] += push * gradient[d];
+    s->viscous[d] += drag * gradient[d];
+  }
+}
+
+SPHI_INLINE void op_metres(const int dim, const pair_units *units, op_sums *s) {
+  const real slope = (real)units->slope, once = (real)(units->slope * units->length);
+  s->diffusion = once * s->diffusion + 2 * slope * s->difference;
+  for (int d = 0; d < dim; d++) {
+    s->pressure[d] *= once;
+    s->viscous[d] *= slope;
   }
 }
 

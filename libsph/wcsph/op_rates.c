@@ -2,6 +2,7 @@
  * diffusion: a_i = -(1/rho_i) sum_j (p_i + p_j) grad_i W_ij V_j and
  * D_i = sum_j (u_j - u_i) . grad_i W_ij V_j, over fluid and ghosts. */
 #define OPERATOR rates
+#define OP_BARE 1
 #include "sweep/pair.h"
 #include "wcsph/ops.h"
 
@@ -27,15 +28,14 @@ SPHI_INLINE void op_load(const op_arguments *a, const int dim, const real *recor
 /* Fluid and ghost records start alike, so one function serves both. */
 SPHI_INLINE void add_pair(const int dim, const op_targets *t, const real *source, const pair *g,
                           vreal gw, op_sums *s) {
-  const vreal gwv = gw * source[SPHI_RECORD_V(dim)];
-  const vreal pressure = gwv * (t->p + source[SPHI_RECORD_F(dim)]);
+  vreal gradient[3];
+  pair_gradient(dim, gw, source[SPHI_RECORD_V(dim)], g, gradient);
+  const vreal push = t->p + source[SPHI_RECORD_F(dim)];
   const real *v = source + SPHI_RECORD_F(dim) + 1;
-  vreal approach = v_set(0);
   for (int d = 0; d < dim; d++) {
-    approach += (v[d] - t->v[d]) * g->dx[d];
-    s->pressure[d] += pressure * g->dx[d];
+    s->pressure[d] += push * gradient[d];
+    s->divergence += (v[d] - t->v[d]) * gradient[d];
   }
-  s->divergence += gwv * approach;
 }
 
 SPHI_INLINE void op_pair(const op_arguments *a, const int dim, const op_targets *t,
@@ -48,6 +48,12 @@ SPHI_INLINE void op_pair_second(const op_arguments *a, const int dim, const op_t
                                 const real *source, const pair *g, op_sums *s) {
   (void)a;
   add_pair(dim, t, source, g, ghost_gw(dim, source, g), s);
+}
+
+SPHI_INLINE void op_metres(const int dim, const pair_units *units, op_sums *s) {
+  const real factor = (real)(units->slope * units->length);
+  for (int d = 0; d < dim; d++) s->pressure[d] *= factor;
+  s->divergence *= factor;
 }
 
 SPHI_INLINE void op_store(const op_arguments *a, const int dim, int32_t first, int32_t count,

@@ -9,7 +9,7 @@ SPHI_INLINE vreal ghost_gw(const int dim, const real *ghost, const pair *g) {
   const int gates = (int)*gate++;
   vreal gw = g->gw;
   for (int k = 0; k < gates; k++, gate += dim + 1) {
-    vreal side = v_set(gate[dim]);
+    vreal side = v_set(gate[dim] * g->constants->per_metre);
     for (int d = 0; d < dim; d++) side += gate[d] * g->dx[d];
     gw = v_where(side > 0, gw);
   }

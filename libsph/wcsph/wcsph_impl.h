@@ -44,6 +44,7 @@ typedef struct wcsph {
   bool prepared;    /* the boundary's arrays are there */
   bool packed;      /* records hold the state now */
   bool accelerated; /* the acceleration field belongs to the state now (Verlet) */
+  double travel;    /* how far a particle or wall may come in the step at hand [m] */
   double travelled; /* how far a particle or wall may have come since the lists were built [m] */
 } wcsph;
 

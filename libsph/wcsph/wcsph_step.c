@@ -103,7 +103,8 @@ static void run(sph_integrator *flow, int operator_index, const void *arguments)
                       .kernel = flow->kernel,
                       .targets = &flow->clusters,
                       .target = flow->record,
-                      .target_stride = SPHI_RECORD(flow->particles->dim)};
+                      .target_stride = SPHI_RECORD(flow->particles->dim),
+                      .prune = flow->kernel->support + 2 * w->travel};
   sweep.source[0].list = &flow->list;
   sweep.source[0].record = flow->record;
   if (w->boundary) {
@@ -453,12 +454,19 @@ static double wall_speed(const wcsph *w) {
   return most;
 }
 
+/* How far a particle or wall may come in a time step. */
+static double travel_in(const sph_integrator *flow, double dt) {
+  return dt * fmax(flow->stats.max_speed + dt * flow->stats.max_acceleration,
+                   wall_speed(wcsph_of(flow)));
+}
+
 sph_status sphi_wcsph_step(sph_integrator *flow, double dt) {
   wcsph *w = wcsph_of(flow);
   const double begin = sphi_seconds();
   const double others =
       flow->stats.seconds_pack + flow->stats.seconds_boundary + flow->stats.seconds_pairs;
   w->packed = false;
+  w->travel = travel_in(flow, dt);
   if (flow->stats.max_speed * dt > flow->particles->spacing) SPH_TRY(check_state(flow, dt));
   if (flow->stepper == SPH_STEPPER_SYMPLECTIC)
     SPH_TRY(step_symplectic(flow, dt));
@@ -494,12 +502,10 @@ double sphi_wcsph_limit(const sph_integrator *flow, sph_limiter *limiter) {
   return dt;
 }
 
-/* How far a particle or wall may come in the next step. */
+/* The same for the next step. */
 static double next_travel(const sph_integrator *flow) {
   sph_limiter unused;
-  const double dt = flow->fixed_dt > 0 ? flow->fixed_dt : sphi_wcsph_limit(flow, &unused);
-  return dt * fmax(flow->stats.max_speed + dt * flow->stats.max_acceleration,
-                   wall_speed(wcsph_of(flow)));
+  return travel_in(flow, flow->fixed_dt > 0 ? flow->fixed_dt : sphi_wcsph_limit(flow, &unused));
 }
 
 /* Share of the support by which the lists reach farther. With a build as dear as half a step's pair
