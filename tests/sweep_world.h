@@ -310,20 +310,21 @@ static void close_engine(const world *w, engine *e) {
   free(e->ghost_record);
 }
 
-static double record_value(const engine *e, int64_t at) {
-  return e->variant->is_double ? ((const double *)e->record)[at]
-                               : (double)((const float *)e->record)[at];
+/* Number k of an array of the variant's reals. */
+static double real_value(const sphi_variant *variant, const void *array, int64_t k) {
+  return variant->is_double ? ((const double *)array)[k] : (double)((const float *)array)[k];
 }
 
-/* One step's three operators; scratch[s] are [n] arrays in storage order. */
+/* One step's three operators; scratch[s] are [n] arrays of the variant's reals in storage order. */
 static void run_engine(const world *w, engine *e, results *out) {
   const int n = w->particles->n, dim = w->dim;
-  const double *rho = w->particles->field[SPHI_RHO].data[0];
+  const double *m = w->particles->field[SPHI_M].data[0];
   const sph_index *rank = w->particles->rank;
-  double *scratch[9];
+  void *scratch[9];
   for (int s = 0; s < 9; s++) scratch[s] = new_numbers(n);
 #define KEEP(quantity, component, values) \
-  for (int k = 0; k < n; k++) out->q[quantity][3 * rank[k] + (component)] = (values)[k]
+  for (int k = 0; k < n; k++)             \
+  out->q[quantity][3 * rank[k] + (component)] = real_value(e->variant, values, k)
   sphi_gradient_arguments gradient = {e->record, scratch[0], scratch[1], w->lambda_min};
   sphi_sweep_run(w->context, e->variant, SPHI_OPERATOR_gradient, &e->sweep, &gradient);
   KEEP(DIVERGENCE, 0, scratch[0]);
@@ -331,11 +332,12 @@ static void run_engine(const world *w, engine *e, results *out) {
   for (int k = 0; k < n; k++)
     for (int d = 0; d < dim; d++)
       out->q[GRADIENT][3 * rank[k] + d] =
-          record_value(e, (int64_t)k * SPHI_RECORD(dim) + SPHI_RECORD_G(dim) + d);
+          real_value(e->variant, e->record, (int64_t)k * SPHI_RECORD(dim) + SPHI_RECORD_G(dim) + d);
   sphi_momentum_arguments momentum = {.acceleration = {scratch[2], scratch[3], scratch[4]},
                                       .viscous = {scratch[5], scratch[6], scratch[7]},
                                       .diffusion = scratch[8],
-                                      .rho = rho,
+                                      .record = e->record,
+                                      .m = m,
                                       .lambda = scratch[1],
                                       .lambda_min = w->lambda_min,
                                       .viscosity = alpha * w->kernel->h * c0,
@@ -351,7 +353,7 @@ static void run_engine(const world *w, engine *e, results *out) {
   momentum.diffusion = NULL;
   sphi_sweep_run(w->context, e->variant, SPHI_OPERATOR_momentum, &e->sweep, &momentum);
   for (int d = 0; d < dim; d++) KEEP(TOTAL, d, scratch[2 + d]);
-  sphi_rates_arguments rates = {{scratch[2], scratch[3], scratch[4]}, scratch[0], rho};
+  sphi_rates_arguments rates = {{scratch[2], scratch[3], scratch[4]}, scratch[0], e->record, m};
   sphi_sweep_run(w->context, e->variant, SPHI_OPERATOR_rates, &e->sweep, &rates);
   for (int d = 0; d < dim; d++) KEEP(RATES, d, scratch[2 + d]);
   KEEP(RATES_DIVERGENCE, 0, scratch[0]);

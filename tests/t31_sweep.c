@@ -101,13 +101,13 @@ static void test_subset(void) {
   engine e;
   open_engine(&w, variant, &e);
   const int n = w.particles->n, clusters = e.clusters.n;
-  double *all = new_numbers(n), *some = new_numbers(n);
+  float *all = calloc((size_t)n, sizeof *all), *some = calloc((size_t)n, sizeof *some);
   int32_t *subset = calloc((size_t)clusters, sizeof *subset);
-  CU_ASSERT_FATAL(subset != NULL);
+  CU_ASSERT_FATAL(all != NULL && some != NULL && subset != NULL);
   sphi_gradient_arguments a = {NULL, all, NULL, 0};
   sphi_sweep_run(w.context, variant, SPHI_OPERATOR_gradient, &e.sweep, &a);
   for (int c = clusters - 1; c >= 0; c -= 3) subset[e.sweep.subset_count++] = c;
-  for (int i = 0; i < n; i++) some[i] = -1e30;
+  for (int i = 0; i < n; i++) some[i] = -1e30f;
   e.sweep.subset = subset;
   a.divergence = some;
   sphi_sweep_run(w.context, variant, SPHI_OPERATOR_gradient, &e.sweep, &a);
@@ -115,7 +115,7 @@ static void test_subset(void) {
   for (int c = 0; c < clusters; c++)
     for (int l = 0; l < e.clusters.count[c]; l++) {
       const int i = e.clusters.first[c] + l;
-      wrong += (clusters - 1 - c) % 3 == 0 ? some[i] != all[i] : some[i] != -1e30;
+      wrong += (clusters - 1 - c) % 3 == 0 ? some[i] != all[i] : some[i] != -1e30f;
     }
   CU_ASSERT_EQUAL(wrong, 0);
   free(all);
@@ -217,6 +217,267 @@ static void test_lists(void) {
         if (k == 2 || k == 3)
           check_lists(dim, mask, sizes[k], width, 1 + (k == 3 && mask == 2), true);
       }
+}
+
+/* ------------------------------------------------------------------------------------- sorting */
+
+/* Points and what is made of them. */
+typedef struct sorted {
+  int dim, n;
+  bool periodic;
+  double *x[3];
+  int32_t *rank;
+  sphi_frame frame;
+  sphi_columns columns;
+  sphi_clusters clusters;
+  sphi_list list;
+} sorted;
+
+enum { MANY = 20000 };
+static const double column_width = 0.03125;
+
+/* Random points in a box of length 1, many of them at equal heights. */
+static sorted new_sorted(int dim, bool periodic) {
+  sorted s = {.dim = dim, .n = MANY, .periodic = periodic};
+  uint64_t state = 99;
+  for (int d = 0; d < dim; d++) {
+    s.x[d] = new_numbers(MANY);
+    for (int i = 0; i < MANY; i++)
+      s.x[d][i] = d < dim - 1 ? sph_test_random(&state) : floor(64 * sph_test_random(&state)) / 64;
+  }
+  s.rank = calloc(MANY, sizeof *s.rank);
+  CU_ASSERT_FATAL(s.rank != NULL);
+  for (int i = 0; i < MANY; i++) s.rank[i] = (i * 7919 + 11) % MANY;
+  return s;
+}
+
+static void forget_sort(sph_context *context, sorted *s) {
+  sphi_columns_free(context, &s->columns);
+  sphi_clusters_free(context, &s->clusters);
+  sphi_list_free(context, &s->list);
+}
+
+static void free_sorted(sph_context *context, sorted *s) {
+  forget_sort(context, s);
+  for (int d = 0; d < 3; d++) free(s->x[d]);
+  free(s->rank);
+}
+
+static sph_status sort_all(sph_context *context, sorted *s) {
+  const bool periodic[3] = {s->periodic, false, s->periodic};
+  const double lo[3] = {0, 0, 0}, hi[3] = {1, 1, 1}, radius = 0.04;
+  sphi_frame_set(&s->frame, s->dim, lo, radius, periodic, lo, hi);
+  sph_status status = sphi_columns_build(context, &s->columns, &s->frame, column_width, s->n, s->x,
+                                         s->rank, "points");
+  if (status == SPH_OK)
+    status = sphi_clusters_build(context, &s->clusters, &s->columns, &s->frame, s->x, 8, radius);
+  if (status == SPH_OK)
+    status = sphi_list_build(context, &s->list, &s->frame, &s->clusters, &s->columns, radius);
+  return status;
+}
+
+/* Everything in order of column, height and rank, and every column where it can be found. */
+static int count_sort_faults(const sorted *s) {
+  const sphi_columns *columns = &s->columns;
+  int faults = columns->start[0] != 0 || columns->start[columns->columns] != s->n;
+  int *times = calloc((size_t)s->n, sizeof *times);
+  CU_ASSERT_FATAL(times != NULL);
+  for (int c = 0; c < columns->columns; c++) {
+    const int32_t *key = columns->key + 2 * c;
+    faults += sphi_columns_find(columns, key[0], key[1]) != c;
+    faults += columns->start[c] >= columns->start[c + 1];
+    if (c > 0) faults += !(key[-2] < key[0] || (key[-2] == key[0] && key[-1] < key[1]));
+    for (int k = columns->start[c]; k < columns->start[c + 1]; k++) {
+      const int i = columns->order[k];
+      times[i]++;
+      for (int d = 0; d < s->dim - 1; d++)
+        faults += (int)floor(sphi_frame_wrap(&s->frame, d, s->x[d][i]) / column_width) != key[d];
+      for (int d = 0; d < s->dim; d++)
+        faults += columns->fixed[d][k] != sphi_frame_fix(&s->frame, d, s->x[d][i]);
+      faults += columns->z[k] != sphi_frame_wrap(&s->frame, s->dim - 1, s->x[s->dim - 1][i]);
+      if (k == columns->start[c]) continue;
+      const double below = columns->z[k - 1];
+      faults += below > columns->z[k] ||
+                (below == columns->z[k] && s->rank[columns->order[k - 1]] > s->rank[i]);
+    }
+  }
+  for (int i = 0; i < s->n; i++) faults += times[i] != 1;
+  free(times);
+  faults += sphi_columns_find(columns, 123456, 0) != -1 || sphi_columns_find(columns, 0, -99) != -1;
+  return faults;
+}
+
+static int count_differences(const sorted *a, const sorted *b) {
+  int different = a->columns.columns != b->columns.columns || a->clusters.n != b->clusters.n ||
+                  a->list.total != b->list.total;
+  if (different) return different;
+  const size_t n = (size_t)a->n, clusters = (size_t)a->clusters.n;
+  different += !!memcmp(a->columns.order, b->columns.order, n * sizeof(int32_t));
+  different += !!memcmp(a->columns.z, b->columns.z, n * sizeof(double));
+  different += !!memcmp(a->clusters.first, b->clusters.first, clusters * sizeof(int32_t));
+  different += !!memcmp(a->clusters.count, b->clusters.count, clusters * sizeof(int32_t));
+  different += !!memcmp(a->clusters.lo, b->clusters.lo, clusters * (size_t)a->dim * sizeof(double));
+  different += !!memcmp(a->clusters.hi, b->clusters.hi, clusters * (size_t)a->dim * sizeof(double));
+  for (int c = 0; c < a->clusters.n; c++) {
+    const sphi_list_entry ea = a->list.entry[c], eb = b->list.entry[c];
+    different += ea.count != eb.count || memcmp(a->list.part[ea.part].source + ea.offset,
+                                                b->list.part[eb.part].source + eb.offset,
+                                                (size_t)ea.count * sizeof(uint32_t));
+  }
+  return different;
+}
+
+static void test_sort(void) {
+  for (int dim = 2; dim <= 3; dim++)
+    for (int setting = 0; setting < 3; setting++) { /* open, periodic, with two points far away */
+      sph_context *context = NULL;
+      CU_ASSERT_FATAL(sph_context_create(&context) == SPH_OK);
+      sorted one = new_sorted(dim, setting == 1), other = new_sorted(dim, setting == 1);
+      for (int k = 0; k < 2 && setting == 2; k++)
+        one.x[0][7 + k] = other.x[0][7 + k] = 9e5 - k * 3e6;
+      for (int threads = 1; threads <= 3; threads++)
+        for (sph_isa isa = SPH_ISA_BASELINE; isa <= SPH_ISA_AVX512; isa++) {
+          if (sph_context_set_isa(context, isa) != SPH_OK) continue;
+          SPH_TEST_OK(context, sph_context_set_threads(context, 1));
+          SPH_TEST_OK(context, sort_all(context, &one));
+          CU_ASSERT_EQUAL(count_sort_faults(&one), 0);
+          if (sph_context_set_threads(context, threads) != SPH_OK) continue;
+          SPH_TEST_OK(context, sort_all(context, &other));
+          CU_ASSERT_EQUAL(count_differences(&one, &other), 0);
+        }
+      free_sorted(context, &one);
+      free_sorted(context, &other);
+      sph_context_destroy(&context);
+    }
+}
+
+/* Sorts over and over what moves, leaves for far away and comes back: as a first sort of the same. */
+static void test_sort_again(void) {
+  for (int dim = 2; dim <= 3; dim++) {
+    sph_context *context = NULL;
+    CU_ASSERT_FATAL(sph_context_create(&context) == SPH_OK);
+    if (sph_context_set_threads(context, 2) != SPH_OK)
+      SPH_TEST_OK(context, sph_context_set_threads(context, 1));
+    sorted again = new_sorted(dim, false);
+    for (int round = 0; round < 8; round++) {
+      const double move[] = {0, 0.01, 0.3, 5, 1e6, 0, -2, 0};
+      again.n = round == 5 ? 100 : round == 6 ? 0 : MANY;
+      for (int i = 0; i < MANY; i += round % 2 ? 1 : 5) again.x[0][i] += move[round];
+      if (round == 4) again.x[dim - 1][3] -= 2e6;
+      SPH_TEST_OK(context, sort_all(context, &again));
+      if (again.n == 0) {
+        CU_ASSERT(again.columns.columns == 0 && sphi_columns_find(&again.columns, 0, 0) == -1);
+        continue;
+      }
+      CU_ASSERT_EQUAL(count_sort_faults(&again), 0);
+      sorted first = again;
+      first.columns = (sphi_columns){0};
+      first.clusters = (sphi_clusters){0};
+      first.list = (sphi_list){0};
+      SPH_TEST_OK(context, sort_all(context, &first));
+      CU_ASSERT_EQUAL(count_differences(&first, &again), 0);
+      forget_sort(context, &first);
+    }
+    free_sorted(context, &again);
+    sph_context_destroy(&context);
+  }
+}
+
+typedef struct purse {
+  int left; /* allocations that succeed; negative: all */
+  int held;
+} purse;
+
+static void *purse_allocate(size_t bytes, void *user) {
+  purse *money = user;
+  if (money->left == 0) return NULL;
+  void *block = malloc(bytes);
+  if (money->left > 0) money->left--;
+  money->held += block != NULL;
+  return block;
+}
+
+static void purse_release(void *block, void *user) {
+  ((purse *)user)->held -= block != NULL;
+  free(block);
+}
+
+/* Fails at the first, second ... allocation of a sort; the next sort, with memory, is right. */
+static void test_no_memory(void) {
+  for (int far = 0; far < 2; far++) {
+    purse money = {-1, 0};
+    const sph_allocator allocator = {purse_allocate, purse_release, &money};
+    sph_context *context = NULL;
+    CU_ASSERT_FATAL(sph_context_create_with_allocator(&allocator, &context) == SPH_OK);
+    if (sph_context_set_threads(context, 2) != SPH_OK)
+      SPH_TEST_OK(context, sph_context_set_threads(context, 1));
+    const int before = money.held;
+    sorted s = new_sorted(3, false);
+    if (far) s.x[0][5] = 2e6; /* columns are found by hash */
+    sph_status status = SPH_E_MEMORY;
+    int failures = 0;
+    while (status != SPH_OK && failures < 100) {
+      money.left = failures;
+      status = sort_all(context, &s);
+      money.left = -1;
+      if (status == SPH_OK) break;
+      failures++;
+      CU_ASSERT_EQUAL(status, SPH_E_MEMORY);
+      CU_ASSERT(strstr(sph_context_message(context), "no memory") != NULL);
+      SPH_TEST_OK(context, sort_all(context, &s));
+      CU_ASSERT_EQUAL(count_sort_faults(&s), 0);
+      forget_sort(context, &s);
+      CU_ASSERT_EQUAL(money.held, before);
+    }
+    CU_ASSERT(failures > 12 && failures < 100);
+    CU_ASSERT_EQUAL(count_sort_faults(&s), 0);
+    free_sorted(context, &s);
+    CU_ASSERT_EQUAL(money.held, before);
+    sph_context_destroy(&context);
+    CU_ASSERT_EQUAL(money.held, 0);
+  }
+}
+
+/* Nothing moves, some particles change sides of the middle, everything does, with any threads; and
+ * without memory for what threads take from one another. */
+static void test_permute(void) {
+  purse money = {-1, 0};
+  const sph_allocator allocator = {purse_allocate, purse_release, &money};
+  for (int threads = 1; threads <= 3; threads++)
+    for (int kind = 0; kind < 4; kind++) {
+      sph_context *context = NULL;
+      CU_ASSERT_FATAL(sph_context_create_with_allocator(&allocator, &context) == SPH_OK);
+      if (sph_context_set_threads(context, threads) == SPH_OK) {
+        sph_particles *particles = NULL;
+        SPH_TEST_OK(context, sph_particles_create(context, 2, 1e-3, &particles));
+        double *x = new_numbers(2 * MANY);
+        for (int i = 0; i < 2 * MANY; i++) x[i] = i;
+        SPH_TEST_OK(context, sph_particles_add(particles, MANY, x, 1000, NULL));
+        sph_index *order = calloc(MANY, sizeof *order);
+        CU_ASSERT_FATAL(order != NULL);
+        for (int k = 0; k < MANY; k++) {
+          const int other = kind == 3 ? MANY - 1 - k : k % 50 == 0 ? MANY - 50 - k : k;
+          order[k] = kind == 0 ? k : other;
+        }
+        if (kind == 2) money.left = 0;
+        sphi_particles_permute(particles, order);
+        money.left = -1;
+        int wrong = 0;
+        for (int k = 0; k < MANY; k++) {
+          wrong += particles->id[k] != order[k] || particles->rank[k] != order[k];
+          wrong += particles->slot[order[k]] != k;
+          for (int d = 0; d < 2; d++)
+            wrong += particles->field[SPHI_X].data[d][k] != x[2 * order[k] + d];
+          wrong += particles->field[SPHI_RHO].data[0][k] != 1000;
+        }
+        CU_ASSERT_EQUAL(wrong, 0);
+        free(order);
+        free(x);
+        sph_particles_destroy(&particles);
+      }
+      sph_context_destroy(&context);
+      CU_ASSERT_EQUAL(money.held, 0);
+    }
 }
 
 static void test_narrow_columns(void) {
@@ -447,6 +708,10 @@ static void test_search_after_sort(void) {
 SPH_TEST_MAIN("sweep",
               {"lists hold every pair within the radius, once, periodic or not, from 2 columns on",
                test_lists},
+              {"sorts and lists are the same with any number of threads", test_sort},
+              {"a sort does not depend on sorts before", test_sort_again},
+              {"a sort without memory says so, leaks nothing, and can be repeated", test_no_memory},
+              {"permuting with any number of threads moves every value", test_permute},
               {"columns too narrow for a list are refused", test_narrow_columns},
               {"operators equal plain loops: free surface, every kernel and variant", test_open},
               {"operators equal plain loops: periodic, every kernel and variant", test_periodic},

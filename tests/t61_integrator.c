@@ -311,7 +311,8 @@ static void stats_grow(void) {
     CU_ASSERT(now.evaluations > before.evaluations);
     CU_ASSERT(now.builds >= before.builds && now.builds >= 1 && now.contacts >= before.contacts);
     CU_ASSERT(now.list_entries > 0 && now.max_speed > 0 && now.max_acceleration > 0);
-    CU_ASSERT(now.seconds_search >= before.seconds_search &&
+    CU_ASSERT(now.seconds_sort >= before.seconds_sort &&
+              now.seconds_search >= before.seconds_search &&
               now.seconds_pack >= before.seconds_pack);
     CU_ASSERT(now.seconds_boundary >= before.seconds_boundary &&
               now.seconds_pairs >= before.seconds_pairs);
@@ -326,7 +327,8 @@ static void stats_grow(void) {
     before = now;
   }
   CU_ASSERT(before.builds > 1);
-  CU_ASSERT(before.seconds_pairs > 0 && before.seconds_search > 0 && before.seconds_boundary > 0);
+  CU_ASSERT(before.seconds_pairs > 0 && before.seconds_sort > 0 && before.seconds_search > 0);
+  CU_ASSERT(before.seconds_boundary > 0);
   sph_probe_destroy(&probe);
   flow_free(&w);
 }

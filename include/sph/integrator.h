@@ -37,7 +37,8 @@ typedef struct sph_integrator_stats {
   int64_t contacts;        /**< times a particle that touched a wall was stopped from entering it */
   double max_speed;        /**< m/s, at the end of the last step */
   double max_acceleration; /**< m/s^2 */
-  double seconds_search;   /**< sorting and lists */
+  double seconds_sort;     /**< particles sorted: columns, storage order, clusters */
+  double seconds_search;   /**< lists; walls that move are sorted for theirs */
   double seconds_pack;     /**< equation of state and records */
   double seconds_boundary; /**< ghosts: interpolation and assignment */
   double seconds_pairs;    /**< sums over pairs */

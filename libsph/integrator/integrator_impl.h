@@ -81,14 +81,8 @@ void sphi_integrator_forget(sph_integrator *flow, void *observer);
 double sphi_integrator_courant(const sph_integrator *flow);
 
 /* Sorts the particles into columns and storage order, wraps periodic positions, cuts clusters, lists
- * the pairs. Timed as search; counts a build. */
+ * the pairs. Timed as sort and search; counts a build. */
 sph_status sphi_integrator_build(sph_integrator *flow, double radius);
-
-/* Largest speed and acceleration over the particles, and the first that is bad. */
-typedef struct sphi_extremes {
-  double speed2, acceleration2;
-  int32_t bad; /* storage index, or -1 */
-} sphi_extremes;
 
 /* Interpolates pressure and velocity at a gather's points from the fluid as it is now; sorts and
  * lists anew when *build is not the present build. Results as sphi_gather_evaluate. */

@@ -74,6 +74,7 @@ void sph_particles_destroy(sph_particles **particles) {
   sphi_free(context, dead->rank);
   sphi_free(context, dead->slot);
   sphi_free(context, dead->scratch);
+  sphi_free(context, dead->aside);
   sphi_free(context, dead->name);
   sphi_free(context, dead);
   sph_context_destroy(&context);
@@ -303,36 +304,127 @@ sph_status sph_particles_remove(sph_particles *particles, int64_t count, const i
   return SPH_OK;
 }
 
+/* ------------------------------------------------------------------------------------- permuting */
+
+/* Each part of the places is permuted by one thread: it copies its new values to its part of `scratch`
+ * and back. Values from other parts, few if the particles were nearly in order, are kept aside first,
+ * before anybody writes. */
+typedef struct permutation {
+  sph_particles *particles;
+  const sph_index *order;
+  int parts;
+  sph_index comers;                      /* places that take values from another part */
+  const sph_index *coming;               /* [comers] those places, in order */
+  char *aside;                           /* [array][comers] their values, 8 bytes each */
+  sph_index first[SPHI_MAX_THREADS + 1]; /* a part's first comer */
+} permutation;
+
+static sph_index part_begin(const permutation *p, int part) {
+  return (sph_index)((int64_t)p->particles->n * part / p->parts);
+}
+
+/* Copies of values of 8 or 4 bytes: every call has a literal size. */
+static inline __attribute__((always_inline)) void copy_value(void *to, sph_index k,
+                                                             const void *from, sph_index j,
+                                                             size_t size) {
+  memcpy((char *)to + (size_t)k * size, (const char *)from + (size_t)j * size, size);
+}
+
+static inline __attribute__((always_inline)) void keep_array(const permutation *p, int part, int at,
+                                                             const void *array, size_t size) {
+  char *aside = p->aside + (size_t)at * (size_t)p->comers * 8;
+  for (sph_index j = p->first[part]; j < p->first[part + 1]; j++)
+    copy_value(aside, j, array, p->order[p->coming[j]], size);
+}
+
+static inline __attribute__((always_inline)) void permute_array(const permutation *p, int part,
+                                                                int at, void *array, size_t size) {
+  const sph_index begin = part_begin(p, part), end = part_begin(p, part + 1);
+  const size_t bytes = (size_t)(end - begin) * size;
+  char *values = (char *)p->particles->scratch + (size_t)begin * 8;
+  const char *aside = p->aside + (size_t)at * (size_t)p->comers * 8;
+  if (p->comers == 0) {
+    for (sph_index k = begin; k < end; k++) copy_value(values, k - begin, array, p->order[k], size);
+  } else {
+    for (sph_index k = begin; k < end; k++) {
+      const sph_index from = p->order[k];
+      copy_value(values, k - begin, array, from >= begin && from < end ? from : begin, size);
+    }
+    for (sph_index j = p->first[part]; j < p->first[part + 1]; j++)
+      copy_value(values, p->coming[j] - begin, aside, j, size);
+  }
+  memcpy((char *)array + (size_t)begin * size, values, bytes);
+}
+
+static void keep_part(const permutation *p, int part) {
+  const sph_particles *particles = p->particles;
+  int at = 0;
+  for (int f = 0; f < particles->fields; f++)
+    for (int c = 0; c < particles->field[f].components; c++)
+      keep_array(p, part, at++, particles->field[f].data[c], 8);
+  keep_array(p, part, at++, particles->id, 8);
+  keep_array(p, part, at, particles->rank, 4);
+}
+
+static void permute_part(const permutation *p, int part) {
+  sph_particles *particles = p->particles;
+  int at = 0;
+  for (int f = 0; f < particles->fields; f++)
+    for (int c = 0; c < particles->field[f].components; c++)
+      permute_array(p, part, at++, particles->field[f].data[c], 8);
+  permute_array(p, part, at++, particles->id, 8);
+  permute_array(p, part, at, particles->rank, 4);
+  const sph_index end = part_begin(p, part + 1);
+  for (sph_index k = part_begin(p, part); k < end; k++) particles->slot[particles->rank[k]] = k;
+}
+
+/* Finds what comes from other parts and makes room for it; false if that is much, or too much. */
+static bool find_comers(permutation *p) {
+  sph_particles *particles = p->particles;
+  const sph_index most = particles->n / 16;
+  size_t arrays = 2;
+  for (int f = 0; f < particles->fields; f++) arrays += (size_t)particles->field[f].components;
+  sph_index *coming = particles->scratch; /* until it is clear how many they are */
+  p->comers = 0;
+  for (int part = 0; part < p->parts; part++) {
+    const sph_index begin = part_begin(p, part), end = part_begin(p, part + 1);
+    p->first[part] = p->comers;
+    for (sph_index k = begin; k < end && p->comers < most; k++) {
+      coming[p->comers] = k;
+      p->comers += p->order[k] < begin || p->order[k] >= end;
+    }
+  }
+  p->first[p->parts] = p->comers;
+  if (p->comers >= most) return false;
+  const size_t row = (size_t)p->comers;
+  /* Head room, since how many they are varies from sort to sort. */
+  const sph_index usual = particles->n / 256;
+  const int64_t wanted = (int64_t)(arrays + 1) * (p->comers > usual ? p->comers : usual);
+  if (!sphi_reserve(particles->context, &particles->aside, &particles->aside_capacity, wanted, 8))
+    return false;
+  p->aside = particles->aside;
+  p->coming = (sph_index *)(void *)(p->aside + 8 * arrays * row);
+  if (row) memcpy(p->aside + 8 * arrays * row, coming, row * sizeof *coming);
+  return true;
+}
+
 void sphi_particles_permute(sph_particles *particles, const sph_index *order) {
   const sph_index n = particles->n;
-  const int threads = particles->context->threads;
-  (void)threads;
-  double *values = particles->scratch;
-  for (int f = 0; f < particles->fields; f++)
-    for (int c = 0; c < particles->field[f].components; c++) {
-      double *data = particles->field[f].data[c];
-#pragma omp parallel for num_threads(threads) if (n >= SPHI_PARTICLES_PARALLEL_FROM) \
-    schedule(static)
-      for (sph_index k = 0; k < n; k++) values[k] = data[order[k]];
-#pragma omp parallel for num_threads(threads) if (n >= SPHI_PARTICLES_PARALLEL_FROM) \
-    schedule(static)
-      for (sph_index k = 0; k < n; k++) data[k] = values[k];
+  sph_index in_place = 0;
+  while (in_place < n && order[in_place] == in_place) in_place++;
+  if (in_place == n) return;
+  permutation p = {.particles = particles, .order = order, .parts = 1};
+  if (n >= SPHI_PARTICLES_PARALLEL_FROM && particles->context->threads > 1) {
+    p.parts = particles->context->threads;
+    if (!find_comers(&p)) p = (permutation){.particles = particles, .order = order, .parts = 1};
+  }
+#pragma omp parallel num_threads(p.parts) if (p.parts > 1)
+  {
+    if (p.comers > 0) {
+#pragma omp for schedule(static, 1)
+      for (int part = 0; part < p.parts; part++) keep_part(&p, part);
     }
-  int64_t *ids = particles->scratch, *id = particles->id;
-#pragma omp parallel for num_threads(threads) if (n >= SPHI_PARTICLES_PARALLEL_FROM) \
-    schedule(static)
-  for (sph_index k = 0; k < n; k++) ids[k] = id[order[k]];
-#pragma omp parallel for num_threads(threads) if (n >= SPHI_PARTICLES_PARALLEL_FROM) \
-    schedule(static)
-  for (sph_index k = 0; k < n; k++) id[k] = ids[k];
-  sph_index *ranks = particles->scratch, *rank = particles->rank, *slot = particles->slot;
-#pragma omp parallel for num_threads(threads) if (n >= SPHI_PARTICLES_PARALLEL_FROM) \
-    schedule(static)
-  for (sph_index k = 0; k < n; k++) ranks[k] = rank[order[k]];
-#pragma omp parallel for num_threads(threads) if (n >= SPHI_PARTICLES_PARALLEL_FROM) \
-    schedule(static)
-  for (sph_index k = 0; k < n; k++) {
-    rank[k] = ranks[k];
-    slot[ranks[k]] = k;
+#pragma omp for schedule(static, 1) nowait
+    for (int part = 0; part < p.parts; part++) permute_part(&p, part);
   }
 }

@@ -49,6 +49,8 @@ struct sph_particles {
   int fields;
   sphi_field *field; /* moves when a field is added, its arrays when the capacity grows */
   void *scratch;     /* capacity * 8 bytes: permutations need no allocation */
+  void *aside;       /* what permuting threads take from one another; they can do without */
+  int64_t aside_capacity;
   sphi_lease_list *leases;
 };
 

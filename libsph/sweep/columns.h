@@ -1,8 +1,8 @@
 /* Points sorted into columns, cut into clusters, and for each cluster the list of sources near it.
  *
  * Space is cut into columns along the last axis; a column's points are sorted along that axis. Only
- * columns that hold points exist (a hash table finds them), so the extent of the domain costs
- * nothing. W consecutive points of a column are a cluster: the targets that one pass of the pair loop
+ * columns that hold points exist. A table of the box around them finds them, or where that box is
+ * mostly empty a hash table, so that the extent of the domain costs nothing. W consecutive points of a column are a cluster: the targets that one pass of the pair loop
  * updates together.
  */
 #ifndef SPHI_COLUMNS_H
@@ -46,17 +46,12 @@ static inline double sphi_frame_difference(const sphi_frame *frame, int d, doubl
   return frame->periodic[d] ? dx - frame->length[d] * rint(dx / frame->length[d]) : dx;
 }
 
-typedef struct sphi_column_entry {
-  double z;
-  int32_t rank; /* decides among equal z, so that the order does not depend on storage */
-  int32_t point;
-} sphi_column_entry;
-
 typedef struct sphi_columns {
   int dim;
   int32_t n;
   int32_t columns;
   double width[SPHI_MAX_DIM]; /* across the columns; along them only a scale */
+  double per_width[SPHI_MAX_DIM];
   int32_t
       around[SPHI_MAX_DIM]; /* columns around a periodic direction, 0 where it is not periodic */
   int32_t *order;           /* [n] place in sorted order -> point */
@@ -64,11 +59,13 @@ typedef struct sphi_columns {
   uint32_t *fixed[SPHI_MAX_DIM]; /* [n + lanes] fixed-point positions, sorted order */
   int32_t *start;                /* [columns + 1] */
   int32_t *key;                  /* [columns][2] */
-  int32_t *table;                /* hash table of column numbers, -1 empty */
+  int32_t low[2], size[2]; /* the box of columns that `table` covers; size 0: it is a hash table */
+  int32_t *table;          /* column numbers, -1 where there is none */
   int64_t table_size;
-  sphi_column_entry *entry, *entry_scratch;
-  int32_t *column_of; /* [n] scratch */
-  int64_t point_capacity, column_capacity, start_capacity, table_capacity;
+  int32_t *bin; /* [n] scratch of sorting: place in the box or number of the column, then points */
+  double *merged; /* [n] scratch of sorting */
+  int32_t *fill;  /* scratch of sorting: counts and places of each thread's points */
+  int64_t point_capacity, column_capacity, start_capacity, table_capacity, fill_capacity;
 } sphi_columns;
 
 void sphi_columns_free(sph_context *context, sphi_columns *columns);

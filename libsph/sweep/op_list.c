@@ -2,102 +2,178 @@
  * packing of records and the table of this variant's loops. */
 #include "sweep/pair.h"
 
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
 #if !SPHI_DOUBLE
 
-/* The columns that the clusters at hand can have sources in, kept while the window stays the same. */
+/* The columns that clusters in one cell of the sources' columns can have sources in. */
 typedef struct near_columns {
   enum { NEAR_ROOM = 512 } room;
-  sphi_window window;
+  double from[SPHI_MAX_DIM], to[SPHI_MAX_DIM]; /* that cell; more than one if columns differ */
   int32_t count;
   int32_t column[NEAR_ROOM];
+  double middle[SPHI_MAX_DIM - 1][NEAR_ROOM]; /* of the columns, across */
   int32_t at[NEAR_ROOM]; /* where the last cluster's range began: the next one's is close */
 } near_columns;
 
-static void near_update(near_columns *near, const sphi_columns *sources, const sphi_frame *frame,
-                        const double *lo, const double *hi, double radius) {
+SPHI_INLINE void near_update(const int dim, near_columns *near, const sphi_columns *sources,
+                             const sphi_frame *frame, const double *lo, const double *hi,
+                             double radius) {
+  double left[SPHI_MAX_DIM] = {0}, right[SPHI_MAX_DIM] = {0};
+  bool same = near->count >= 0;
+  for (int d = 0; d < dim - 1; d++) {
+    const double base = frame->origin[d];
+    const double from = floor((lo[d] - base) * sources->per_width[d]);
+    const double to = floor((hi[d] - base) * sources->per_width[d]);
+    same = same && from == near->from[d] && to == near->to[d];
+    near->from[d] = from;
+    near->to[d] = to;
+    left[d] = base + from * sources->width[d];
+    right[d] = base + (to + 1) * sources->width[d];
+  }
+  if (same) return;
   sphi_window window;
-  sphi_columns_window(sources, frame, lo, hi, radius, &window);
-  if (near->count >= 0 && !memcmp(&window, &near->window, sizeof window)) return;
-  near->window = window;
+  sphi_columns_window(sources, frame, left, right, radius * (1 + 1e-6), &window);
   near->count = sphi_columns_in(sources, &window, NEAR_ROOM, near->column);
-  for (int32_t k = 0; k < near->count && k < NEAR_ROOM; k++)
-    near->at[k] = sources->start[near->column[k]];
+  for (int32_t k = 0; k < near->count && k < NEAR_ROOM; k++) {
+    const int32_t *key = sources->key + 2 * near->column[k];
+    for (int d = 0; d < dim - 1; d++)
+      near->middle[d][k] = frame->origin[d] + (key[d] + 0.5) * sources->width[d];
+    const int32_t start = sources->start[near->column[k]];
+    const int32_t first = sphi_columns_lower(sources, near->column[k], lo[dim - 1] - radius);
+    near->at[k] = start + (first - start) / SPHI_LANES * SPHI_LANES;
+  }
+}
+
+/* Bit l is set where lane l of a is less than that of b. */
+SPHI_INLINE unsigned lanes_less(vreal a, vreal b) {
+#if defined(__AVX512F__) && SPHI_LANES == 16
+  return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LT_OS);
+#elif defined(__AVX__) && SPHI_LANES == 8
+  return (unsigned)_mm256_movemask_ps((__m256)(a < b));
+#elif defined(__SSE2__) && SPHI_LANES == 4
+  return (unsigned)_mm_movemask_ps((__m128)(a < b));
+#else
+  const vint less = a < b;
+  unsigned bits = 0;
+  for (int l = 0; l < SPHI_LANES; l++) bits |= (unsigned)(less[l] & 1) << l;
+  return bits;
+#endif
+}
+
+/* Writes j + l for every bit l that is set, in order, and what comes after up to a whole vector; returns
+ * how many are set. */
+SPHI_INLINE int store_numbers(uint32_t *out, int32_t j, unsigned bits) {
+#if defined(__AVX512F__) && SPHI_LANES == 16
+  const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  const __m512i number = _mm512_add_epi32(lane, _mm512_set1_epi32(j));
+  /* Compressed in a register: compressing to memory is slow on some processors. */
+  _mm512_storeu_si512(out, _mm512_maskz_compress_epi32((__mmask16)bits, number));
+  return __builtin_popcount(bits);
+#else
+  typedef uint32_t four __attribute__((vector_size(16)));
+  static const four lane[16] = {{0},    {0},       {1},       {0, 1},      {2},    {0, 2},
+                                {1, 2}, {0, 1, 2}, {3},       {0, 3},      {1, 3}, {0, 1, 3},
+                                {2, 3}, {0, 2, 3}, {1, 2, 3}, {0, 1, 2, 3}};
+  static const uint8_t count[16] = {0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4};
+  int stored = 0;
+  for (int l = 0; l < SPHI_LANES; l += 4) {
+    const unsigned set = bits >> l & 15;
+    const four number = lane[set] + (uint32_t)(j + l);
+    memcpy(out + stored, &number, sizeof number);
+    stored += count[set];
+  }
+  return stored;
+#endif
 }
 
 typedef struct box {
   vfixed center[SPHI_MAX_DIM];
-  real half[SPHI_MAX_DIM], unit[SPHI_MAX_DIM];
-  real radius2;
+  vreal half[SPHI_MAX_DIM], unit[SPHI_MAX_DIM];
+  vreal radius2;
 } box;
 
-/* Appends the sources begin..end-1 that are near the box; past the capacity it only counts. */
+/* Appends the sources near the box from `begin` on, before `end` and the first block of lanes whose
+ * coordinate along the column is above `to`; past the capacity it only counts. */
 SPHI_INLINE void append_range(const int dim, const box *b, const sphi_columns *sources,
-                              sphi_list_part *part, int32_t begin, int32_t end) {
-  if (part->used + (end - begin) + SPHI_LANES > part->capacity) {
-    part->used += end - begin;
-    return;
-  }
-  uint32_t *out = part->source + part->used;
-  for (int32_t j = begin; j < end; j += SPHI_LANES) {
+                              sphi_list_part *part, int32_t begin, int32_t end, double to) {
+  uint32_t past_capacity[SPHI_LANES];
+  int64_t used = part->used;
+  for (int32_t j = begin; j < end && sources->z[j] <= to; j += SPHI_LANES) {
     vreal d2 = v_set(0);
     for (int d = 0; d < dim; d++) {
       vfixed x;
       memcpy(&x, sources->fixed[d] + j, sizeof x);
-      vreal away = __builtin_convertvector((vint)(x - b->center[d]), vreal) * b->unit[d];
-      away = v_positive(v_select(away > 0, away, -away) - b->half[d]);
+      vreal away = __builtin_convertvector((vint)(x - b->center[d]), vreal);
+      away = (vreal)((vint)away & INT32_MAX); /* without its sign */
+      away = v_positive(away * b->unit[d] - b->half[d]);
       d2 += away * away;
     }
-    const vint near = d2 < b->radius2;
-    const int lanes = end - j < SPHI_LANES ? end - j : SPHI_LANES;
-    for (int l = 0; l < lanes; l++) {
-      *out = (uint32_t)(j + l);
-      out -= near[l];
-    }
+    unsigned near = lanes_less(d2, b->radius2);
+    if (end - j < SPHI_LANES) near &= (1u << (end - j)) - 1;
+    uint32_t *out = used + SPHI_LANES <= part->capacity ? part->source + used : past_capacity;
+    used += store_numbers(out, j, near);
   }
-  part->used = out - part->source;
+  part->used = used;
 }
 
-static void append_cluster(const int dim, sphi_list_part *part, const sphi_frame *frame,
-                           const sphi_columns *sources, const double *lo, const double *hi,
-                           double radius, near_columns *near) {
+/* Squared distances across the columns between a cluster's box and the columns near it. */
+SPHI_INLINE void column_gaps(const int dim, const near_columns *near, const sphi_columns *sources,
+                             const sphi_frame *frame, const double *lo, const double *hi,
+                             double *gap2) {
+  const int32_t count = near->count < NEAR_ROOM ? near->count : NEAR_ROOM;
+  for (int d = 0; d < dim - 1; d++) {
+    const double center = 0.5 * (lo[d] + hi[d]), half = 0.5 * (hi[d] - lo[d] + sources->width[d]);
+    const double length = frame->length[d], per_length = frame->periodic[d] ? 1 / length : 0;
+    for (int32_t k = 0; k < count; k++) {
+      double apart = near->middle[d][k] - center;
+      apart -= length * rint(apart * per_length);
+      double gap = fabs(apart) - half;
+      gap = gap > 0 ? gap : 0;
+      gap2[k] = d == 0 ? gap * gap : gap2[k] + gap * gap;
+    }
+  }
+}
+
+SPHI_INLINE void append_cluster(const int dim, sphi_list_part *part, const sphi_frame *frame,
+                                const sphi_columns *sources, const double *lo, const double *hi,
+                                double radius, near_columns *near) {
+  near_update(dim, near, sources, frame, lo, hi, radius);
+  if (near->count == 0) return;
   box b;
   for (int d = 0; d < dim; d++) {
     const double half = 0.5 * (hi[d] - lo[d]);
-    b.unit[d] = (real)frame->unit[d];
-    b.half[d] = (real)(half * (1 + 1e-6) + 2 * frame->unit[d]); /* with room for rounding */
+    b.unit[d] = v_set((real)frame->unit[d]);
+    b.half[d] = v_set((real)(half * (1 + 1e-6) + 2 * frame->unit[d])); /* with room for rounding */
     b.center[d] = sphi_frame_fix(frame, d, lo[d] + half) - (vfixed){0};
   }
-  b.radius2 = (real)(radius * radius * (1 + 1e-6));
-  near_update(near, sources, frame, lo, hi, radius);
+  b.radius2 = v_set((real)(radius * radius * (1 + 1e-6)));
+  const double *z = sources->z;
+  double gap2[NEAR_ROOM];
+  column_gaps(dim, near, sources, frame, lo, hi, gap2);
   for (int32_t k = 0; k < near->count && k < NEAR_ROOM; k++) {
+    if (gap2[k] > radius * radius) continue;
     const int32_t c = near->column[k];
     if (frame->periodic[dim - 1]) {
       int32_t ranges[3][2];
       const int pieces =
           sphi_columns_range(sources, frame, c, lo[dim - 1] - radius, hi[dim - 1] + radius, ranges);
       for (int piece = 0; piece < pieces; piece++)
-        append_range(dim, &b, sources, part, ranges[piece][0], ranges[piece][1]);
+        append_range(dim, &b, sources, part, ranges[piece][0], ranges[piece][1], HUGE_VAL);
       continue;
     }
-    double across2 = 0; /* distance between the box and the column, across */
-    for (int d = 0; d < dim - 1; d++) {
-      if (frame->periodic[d]) continue;
-      const double left = frame->origin[d] + sources->key[2 * c + d] * sources->width[d];
-      const double away = fmax(fmax(left - hi[d], lo[d] - left - sources->width[d]), 0);
-      across2 += away * away;
-    }
-    if (across2 > radius * radius) continue;
-    const double reach = sqrt(radius * radius - across2) * (1 + 1e-9);
+    const double reach = sqrt(radius * radius - gap2[k]) * (1 + 1e-9);
     const double from = lo[dim - 1] - reach, to = hi[dim - 1] + reach;
+    /* Whole blocks of lanes, counted from the start of the column so that where the range begins does not
+     * depend on the clusters before. */
     const int32_t start = sources->start[c], stop = sources->start[c + 1];
-    const double *z = sources->z;
     int32_t begin = near->at[k];
-    while (begin < stop && z[begin] < from) begin++;
-    while (begin > start && z[begin - 1] >= from) begin--;
+    while (begin + SPHI_LANES < stop && z[begin + SPHI_LANES - 1] < from) begin += SPHI_LANES;
+    while (begin > start && z[begin - 1] >= from) begin -= SPHI_LANES;
     near->at[k] = begin;
-    int32_t end = begin;
-    while (end < stop && z[end] <= to) end++;
-    append_range(dim, &b, sources, part, begin, end);
+    append_range(dim, &b, sources, part, begin, stop, to);
   }
 }
 
@@ -107,7 +183,6 @@ static void list_rows(sphi_list *list, int32_t part, const sphi_frame *frame,
   near_columns near;
   near.count = -1;
   sphi_list_part *p = &list->part[part];
-  p->used = 0;
   for (int32_t c = begin; c < end; c++) {
     const int64_t offset = p->used;
     const double *lo = targets->lo + (int64_t)frame->dim * c;
@@ -157,6 +232,10 @@ static void pack_run(const sphi_pack *pack, int32_t begin, int32_t end) {
   extern const sphi_loop SPHI_NAME(sphi_##name##_loops)[SPHI_KERNEL_ROWS][2];
 SPHI_OPERATOR_LIST(LOOPS_DECLARE)
 #undef LOOPS_DECLARE
+#define UPDATE_DECLARE(name) \
+  int32_t SPHI_NAME(sphi_##name##_update)(const void *arguments, int32_t begin, int32_t end);
+SPHI_UPDATE_LIST(UPDATE_DECLARE)
+#undef UPDATE_DECLARE
 
 extern const sphi_variant SPHI_NAME(sphi_variant);
 const sphi_variant SPHI_NAME(sphi_variant) = {
@@ -168,6 +247,12 @@ const sphi_variant SPHI_NAME(sphi_variant) = {
 #define LOOPS_ROW(name) [SPHI_OPERATOR_##name] = SPHI_NAME(sphi_##name##_loops),
             SPHI_OPERATOR_LIST(LOOPS_ROW)
 #undef LOOPS_ROW
+        },
+    .updates =
+        {
+#define UPDATE_ROW(name) [SPHI_UPDATE_##name] = SPHI_NAME(sphi_##name##_update),
+            SPHI_UPDATE_LIST(UPDATE_ROW)
+#undef UPDATE_ROW
         },
     .pack = pack_run,
 #if !SPHI_DOUBLE

@@ -85,19 +85,33 @@ static bool reserve_parts(sph_context *context, sphi_list *list, int32_t parts) 
 sph_status sphi_list_build(sph_context *context, sphi_list *list, const sphi_frame *frame,
                            const sphi_clusters *targets, const sphi_columns *sources,
                            double radius) {
-  const int32_t parts = targets->n < 64 ? 1 : context->threads;
+  /* Starting threads takes as long as listing some hundred clusters. With more parts than threads those
+   * that start late have less to do; parts take blocks in turn, so that all are about as long. */
+  enum { PARALLEL_FROM = 512, PARTS = 4, BLOCK_OF_ROWS = 64 };
+  const int32_t threads = targets->n < PARALLEL_FROM ? 1 : context->threads;
+  const int32_t parts = threads > 1 ? PARTS * threads : 1;
+  const int64_t block = parts > 1 ? BLOCK_OF_ROWS : targets->n;
   const sphi_list_function rows = sphi_variant_find(context->isa, SPH_PRECISION_SINGLE)->list;
+  /* Head room everywhere: numbers vary a little from build to build. */
+  const int64_t entries =
+      targets->n <= list->capacity ? targets->n : (int64_t)targets->n + targets->n / 8 + 16;
   list->clusters = targets->n;
-  SPH_CHECK(context,
-            sphi_reserve(context, (void **)&list->entry, &list->capacity, targets->n,
-                         sizeof *list->entry) &&
-                reserve_parts(context, list, parts),
-            SPH_E_MEMORY, "no memory for neighbour lists of %d clusters", targets->n);
+  SPH_CHECK(
+      context,
+      sphi_reserve(context, (void **)&list->entry, &list->capacity, entries, sizeof *list->entry) &&
+          reserve_parts(context, list, parts),
+      SPH_E_MEMORY, "no memory for neighbour lists of %d clusters", targets->n);
   for (bool fits = false; !fits;) {
-#pragma omp parallel for num_threads(parts) schedule(static, 1)
-    for (int32_t p = 0; p < parts; p++)
-      rows(list, p, frame, targets, sources, radius, (int32_t)((int64_t)targets->n * p / parts),
-           (int32_t)((int64_t)targets->n * (p + 1) / parts));
+#pragma omp parallel for num_threads(threads) schedule(dynamic) if (threads > 1)
+    for (int32_t p = 0; p < parts; p++) {
+      list->part[p].used = 0;
+      for (int64_t begin = p * block; begin < targets->n; begin += parts * block) {
+        const int64_t end = begin + block;
+        rows(list, p, frame, targets, sources, radius, (int32_t)begin,
+             (int32_t)(end < targets->n ? end : targets->n));
+        if (list->part[p].used < 0) break;
+      }
+    }
     fits = true;
     list->total = 0;
     for (int32_t p = 0; p < parts; p++) {
@@ -107,11 +121,11 @@ sph_status sphi_list_build(sph_context *context, sphi_list *list, const sphi_fra
                 sources->width[0], radius);
       list->total += part->used;
       /* A part that ran over has only been counted: make room and build once more. */
-      if (part->used + 64 <= part->capacity || part->used == 0) continue;
+      if (part->used + SPHI_PAD <= part->capacity || part->used == 0) continue;
       fits = false;
       SPH_CHECK(context,
                 sphi_reserve(context, (void **)&part->source, &part->capacity,
-                             part->used + part->used / 4 + 64, sizeof *part->source),
+                             part->used + part->used / 4 + 1024 / parts, sizeof *part->source),
                 SPH_E_MEMORY, "no memory for neighbour lists of %lld entries",
                 (long long)list->total);
     }

@@ -72,6 +72,24 @@ enum {
       SPHI_OPERATORS
 };
 
+/* Does the particles begin..end-1 without their neighbours; returns the first bad one or INT32_MAX. */
+typedef int32_t (*sphi_update)(const void *arguments, int32_t begin, int32_t end);
+
+/* Updates: a row here and a function sphi_<name>_update_<variant> in one of the files op_*.c. */
+#define SPHI_UPDATE_LIST(X) \
+  X(initial_stage)          \
+  X(middle_stage)           \
+  X(final_stage)            \
+  X(kick)                   \
+  X(move)
+
+enum {
+#define SPHI_UPDATE_ENUM(name) SPHI_UPDATE_##name,
+  SPHI_UPDATE_LIST(SPHI_UPDATE_ENUM)
+#undef SPHI_UPDATE_ENUM
+      SPHI_UPDATES
+};
+
 typedef struct sphi_variant {
   const char *name;
   sph_isa isa;
@@ -79,6 +97,7 @@ typedef struct sphi_variant {
   bool is_double;
   size_t real_size;
   const sphi_loop (*loops[SPHI_OPERATORS])[2];
+  sphi_update updates[SPHI_UPDATES];
   sphi_pack_function pack;
   sphi_list_function list; /* NULL in double variants: lists are built by the float one */
 } sphi_variant;

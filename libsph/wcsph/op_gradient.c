@@ -110,12 +110,12 @@ SPHI_INLINE void op_store(const op_arguments *a, const int dim, int32_t first, i
                           const op_targets *t, const op_sums *s) {
   (void)t;
   for (int32_t l = 0; l < count; l++) {
-    a->divergence[first + l] = (double)s->divergence[l];
+    ((real *)a->divergence)[first + l] = s->divergence[l];
     double m[6], b[3], g[3] = {0, 0, 0};
     for (int k = 0; k < (dim == 2 ? 3 : 6); k++) m[k] = -(double)s->m[k][l];
     for (int d = 0; d < dim; d++) b[d] = (double)s->b[d][l];
     const double lambda = dim == 2 ? smallest_eigenvalue_2(m) : smallest_eigenvalue_3(m);
-    if (a->lambda) a->lambda[first + l] = lambda;
+    if (a->lambda) ((real *)a->lambda)[first + l] = (real)lambda;
     if (!a->record) continue;
     if (lambda >= a->lambda_min) {
       if (dim == 2)

@@ -90,18 +90,23 @@ SPHI_INLINE void op_metres(const int dim, const pair_units *units, op_sums *s) {
 SPHI_INLINE void op_store(const op_arguments *a, const int dim, int32_t first, int32_t count,
                           const op_targets *t, const op_sums *s) {
   (void)t;
+  const vreal over_rho = over_density(dim, a->record, a->m, first, count);
+  const vreal viscosity = (real)(a->viscosity * a->rho0) * over_rho;
+  for (int d = 0; d < dim; d++) {
+    const vreal pressure = -over_rho * s->pressure[d], viscous = -viscosity * s->viscous[d];
+    const vreal both = a->viscous[d] ? pressure : pressure + viscous;
+    real *restrict acceleration = (real *)a->acceleration[d] + first;
+    for (int32_t l = 0; l < count; l++) acceleration[l] = both[l];
+    if (!a->viscous[d]) continue;
+    real *restrict apart = (real *)a->viscous[d] + first;
+    for (int32_t l = 0; l < count; l++) apart[l] = viscous[l];
+  }
+  if (!a->diffusion) return;
+  const vreal diffusion = -(real)a->delta * s->diffusion;
   for (int32_t l = 0; l < count; l++) {
-    const int32_t i = first + l;
-    const double over_rho = 1 / a->rho[i], viscosity = -a->viscosity * a->rho0 * over_rho;
-    for (int d = 0; d < dim; d++) {
-      const double pressure = -over_rho * (double)s->pressure[d][l];
-      const double viscous = viscosity * (double)s->viscous[d][l];
-      a->acceleration[d][i] = a->viscous[d] ? pressure : pressure + viscous;
-      if (a->viscous[d]) a->viscous[d][i] = viscous;
-    }
-    if (!a->diffusion) continue;
-    const bool supported = !a->lambda || a->lambda[i] >= a->lambda_min;
-    a->diffusion[i] = supported ? -a->delta * (double)s->diffusion[l] : 0;
+    const bool supported =
+        !a->lambda || ((const real *)a->lambda)[first + l] >= (real)a->lambda_min;
+    ((real *)a->diffusion)[first + l] = supported ? diffusion[l] : 0;
   }
 }
 

@@ -59,11 +59,14 @@ SPHI_INLINE void op_metres(const int dim, const pair_units *units, op_sums *s) {
 SPHI_INLINE void op_store(const op_arguments *a, const int dim, int32_t first, int32_t count,
                           const op_targets *t, const op_sums *s) {
   (void)t;
-  for (int32_t l = 0; l < count; l++) {
-    const int32_t i = first + l;
-    for (int d = 0; d < dim; d++) a->acceleration[d][i] = -(double)s->pressure[d][l] / a->rho[i];
-    a->divergence[i] = (double)s->divergence[l];
+  const vreal over_rho = over_density(dim, a->record, a->m, first, count);
+  for (int d = 0; d < dim; d++) {
+    const vreal pressure = -over_rho * s->pressure[d];
+    real *restrict acceleration = (real *)a->acceleration[d] + first;
+    for (int32_t l = 0; l < count; l++) acceleration[l] = pressure[l];
   }
+  real *restrict divergence = (real *)a->divergence + first;
+  for (int32_t l = 0; l < count; l++) divergence[l] = s->divergence[l];
 }
 
 #include "sweep/pair_loop.inc.c"

@@ -12,11 +12,6 @@ static double stable_courant(const sph_integrator *flow, sph_stepper stepper);
             (flow)->method->name);                                                \
   wcsph *w = wcsph_of(flow)
 
-double sphi_wcsph_pressure(const wcsph *w, double rho) {
-  if (w->equation == SPH_EOS_LINEAR) return w->c0 * w->c0 * (rho - w->rho0);
-  return w->rho0 * w->c0 * w->c0 / w->gamma * (pow(rho / w->rho0, w->gamma) - 1);
-}
-
 double sphi_wcsph_density(const wcsph *w, double p) {
   const double stiffness = w->rho0 * w->c0 * w->c0;
   const double rho = w->equation == SPH_EOS_LINEAR
@@ -33,6 +28,7 @@ static void destroy(sph_integrator *flow) {
   sphi_list_free(context, &w->ghost_list);
   for (int k = 0; k < WCSPH_ARRAYS; k++) sphi_free(context, w->array[k]);
   sphi_free(context, w->block);
+  sphi_free(context, w->clear);
   sphi_free(context, w);
   flow->data = NULL;
 }

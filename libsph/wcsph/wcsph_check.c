@@ -84,14 +84,16 @@ sph_status sphi_wcsph_check_walls(sph_integrator *flow) {
 typedef enum contact { CONTACT_NONE, CONTACT_STOPPED, CONTACT_CROSSED } contact;
 
 /* Takes from particle i the speed with which it runs into a wall that it touches, or what of it would
- * carry it through the wall within dt; puts it back if it came a little way in. */
-static contact stop_at_walls(sph_integrator *flow, int32_t i, double dt) {
+ * carry it through the wall within dt; puts it back if it came a little way in. *clear becomes how far
+ * it is from any wall at least. */
+static contact stop_at_walls(sph_integrator *flow, int32_t i, double dt, double *clear) {
   const sph_boundary *boundary = wcsph_of(flow)->boundary;
   const int dim = boundary->dim;
   const double reach = WCSPH_CONTACT * flow->particles->spacing,
                depth = WCSPH_INSIDE * flow->particles->spacing;
   double **x = flow->particles->field[SPHI_X].data, **v = flow->particles->field[SPHI_V].data;
   contact found = CONTACT_NONE;
+  *clear = HUGE_VAL;
   for (int k = 0; k < boundary->walls; k++) {
     const sphi_wall_state *wall = &boundary->state[k];
     double at[SPHI_MAX_DIM], foot[SPHI_MAX_DIM], speed2 = 0;
@@ -101,17 +103,21 @@ static contact stop_at_walls(sph_integrator *flow, int32_t i, double dt) {
     }
     /* What crossed did so within this step, in which it moved less than a spacing. */
     const double bound = fmax(flow->particles->spacing, 2 * sqrt(speed2) * dt);
-    const double distance = distance_to(boundary->wall[k], at, bound, foot);
-    if (distance >= bound || distance == 0) continue;
+    const double far = fmax(bound, WCSPH_CLEAR * flow->particles->spacing);
+    const double distance = distance_to(boundary->wall[k], at, far, foot);
+    *clear = fmin(*clear, fmin(fabs(distance), far));
+    if (fabs(distance) > bound || distance == bound || distance == 0) continue;
     if (distance <= -depth) return CONTACT_CROSSED;
     double away = 0, off[SPHI_MAX_DIM]; /* speed off the wall, unit vector off the wall */
     for (int d = 0; d < dim; d++) {
       off[d] = (at[d] - foot[d]) / distance;
       away += (v[d][i] - wall->velocity[d]) * off[d];
     }
-    if (distance < 0)
+    if (distance < 0) {
+      *clear = 0;
       for (int d = 0; d < dim; d++)
         x[d][i] = foot[d] + wall->displacement[d] + 1e-3 * reach * off[d];
+    }
     const double slowest = distance < reach ? 0 : -distance / dt;
     if (away >= slowest) continue;
     for (int d = 0; d < dim; d++) v[d][i] += (slowest - away) * off[d];
@@ -120,9 +126,24 @@ static contact stop_at_walls(sph_integrator *flow, int32_t i, double dt) {
   return found;
 }
 
+void sphi_wcsph_forget_walls(sph_integrator *flow) {
+  wcsph *w = wcsph_of(flow);
+  if (!w->boundary) return;
+  memset(w->clear, 0, (size_t)flow->particles->n * sizeof *w->clear);
+  w->odometer = 0;
+}
+
+/* Finding the nearest point of a wall takes long, and most particles near walls are not that near: what
+ * was clear of all walls stays so until it, or a wall, can have come that far. */
 sph_status sphi_wcsph_stop_at_walls(sph_integrator *flow, double dt) {
-  const wcsph *w = wcsph_of(flow);
+  wcsph *w = wcsph_of(flow);
   if (!w->boundary) return SPH_OK;
+  const double spacing = flow->particles->spacing, wall_speed = sphi_wcsph_wall_speed(w);
+  const double fastest = flow->stats.max_speed + dt * flow->stats.max_acceleration;
+  if (w->odometer > 1000 * spacing) sphi_wcsph_forget_walls(flow); /* else its digits get lost */
+  const double odometer = w->odometer;
+  const sph_index *rank = flow->particles->rank; /* unlike storage, builds leave it */
+  double **v = flow->particles->field[SPHI_V].data;
   int64_t touched = 0;
   int32_t bad = INT32_MAX;
 #pragma omp parallel for num_threads(flow->context->threads) schedule(static) \
@@ -131,7 +152,15 @@ sph_status sphi_wcsph_stop_at_walls(sph_integrator *flow, double dt) {
     if (w->ghost_list.entry[c].count == 0) continue;
     for (int32_t l = 0; l < flow->clusters.count[c]; l++) {
       const int32_t i = flow->clusters.first[c] + l;
-      const contact found = stop_at_walls(flow, i, dt);
+      float *known = &w->clear[rank[i]];
+      double speed2 = 0;
+      for (int d = 0; d < flow->particles->dim; d++) speed2 += v[d][i] * v[d][i];
+      const double speed = sqrt(speed2), travel = dt * (fmax(fastest, speed) + wall_speed);
+      const double bound = fmax(spacing, 2 * dt * (speed + wall_speed));
+      if ((double)*known - odometer - travel > 1.001 * bound) continue;
+      double clear;
+      const contact found = stop_at_walls(flow, i, dt, &clear);
+      *known = (float)(clear + odometer);
       touched += found == CONTACT_STOPPED;
       if (found == CONTACT_CROSSED && i < bad) bad = i;
     }

@@ -8,21 +8,18 @@
 #include "integrator/integrator_impl.h"
 #include "wcsph/ops.h"
 
-/* Arrays of one value a particle, in storage order. */
+/* Arrays of one of the variant's reals a particle, in storage order. */
 enum {
   WCSPH_DIVERGENCE,
   WCSPH_LAMBDA,
   WCSPH_DIFFUSION,
-  WCSPH_RATE,    /* D rho / D t of a Runge-Kutta stage */
-  WCSPH_VISCOUS, /* 3: viscous acceleration, frozen over a Runge-Kutta step */
-  WCSPH_OLD_X = WCSPH_VISCOUS + 3,
-  WCSPH_OLD_V = WCSPH_OLD_X + 3,
-  WCSPH_OLD_RHO = WCSPH_OLD_V + 3,
-  WCSPH_SUM_X, /* 3: weighted sums of the stages' rates */
-  WCSPH_SUM_V = WCSPH_SUM_X + 3,
-  WCSPH_SUM_RHO = WCSPH_SUM_V + 3,
+  WCSPH_PUSH,                      /* 3: acceleration by the pair sums */
+  WCSPH_VISCOUS = WCSPH_PUSH + 3,  /* 3: viscous acceleration, frozen over a Runge-Kutta step */
+  WCSPH_FIRST = WCSPH_VISCOUS + 3, /* 3: acceleration of the first stage */
+  WCSPH_SUM = WCSPH_FIRST + 3,     /* 3: weighted sum of the stages' accelerations */
+  WCSPH_SUM_RHO = WCSPH_SUM + 3,   /* the same of density rates */
   WCSPH_ARRAYS,
-  WCSPH_ARRAYS_PLAIN = WCSPH_RATE /* what steppers other than Runge-Kutta need */
+  WCSPH_ARRAYS_PLAIN = WCSPH_VISCOUS /* what steppers other than Runge-Kutta need */
 };
 
 typedef struct wcsph {
@@ -36,8 +33,12 @@ typedef struct wcsph {
   double periodic_lo[SPHI_MAX_DIM], periodic_hi[SPHI_MAX_DIM];
   bool domain_given;
   double domain_lo[SPHI_MAX_DIM], domain_hi[SPHI_MAX_DIM];
-  double *array[WCSPH_ARRAYS];
+  void *array[WCSPH_ARRAYS];
   int64_t array_capacity[WCSPH_ARRAYS];
+  float *clear; /* by rank: no wall was nearer than clear - odometer [m]; 0: not known */
+  int64_t clear_capacity;
+  double
+      odometer; /* how far apart or together particles and walls may have come since clear was 0 [m] */
   sphi_extremes *block; /* of every UPDATE_BLOCK particles */
   int64_t block_capacity;
   int acceleration; /* number of that field */
@@ -51,12 +52,10 @@ typedef struct wcsph {
 /* In spacings: particles nearer to a wall touch it; deeper inside one they have crossed it. */
 #define WCSPH_CONTACT 0.25
 #define WCSPH_INSIDE 0.5
-
-enum { UPDATE_BLOCK = 512 };
+#define WCSPH_CLEAR 4 /* how far off a wall is looked for */
 
 static inline wcsph *wcsph_of(const sph_integrator *flow) { return flow->data; }
 
-double sphi_wcsph_pressure(const wcsph *w, double rho);
 /* Density of a pressure; NaN if there is none. */
 double sphi_wcsph_density(const wcsph *w, double p);
 sph_status sphi_wcsph_refresh(sph_integrator *flow);
@@ -69,5 +68,9 @@ sph_status sphi_wcsph_check_walls(sph_integrator *flow);
  * otherwise pass between ghosts. Those that came in all the same, by less than WCSPH_INSIDE, are put
  * back; one that is deeper inside has crossed, which is an error. */
 sph_status sphi_wcsph_stop_at_walls(sph_integrator *flow, double dt);
+/* After particles or walls came elsewhere otherwise than by steps. */
+void sphi_wcsph_forget_walls(sph_integrator *flow);
+/* Speed of the fastest wall now. */
+double sphi_wcsph_wall_speed(const wcsph *w);
 
 #endif

@@ -6,7 +6,7 @@
 #define LAMBDA_MIN 0.1
 #define LAMBDA_ISOLATED 0.2
 
-typedef double *restrict array;
+typedef const double *restrict array;
 
 static double **field(const sph_integrator *flow, int number) {
   return flow->particles->field[number].data;
@@ -20,68 +20,65 @@ static sph_status reserve(sph_integrator *flow) {
   bool ok = sphi_reserve(flow->context, (void **)&w->block, &w->block_capacity,
                          n / UPDATE_BLOCK + 1, sizeof *w->block);
   for (int k = 0; k < used && ok; k++) {
-    const bool third = k == WCSPH_VISCOUS + 2 || k == WCSPH_OLD_X + 2 || k == WCSPH_OLD_V + 2 ||
-                       k == WCSPH_SUM_X + 2 || k == WCSPH_SUM_V + 2;
+    const bool third =
+        k == WCSPH_PUSH + 2 || k == WCSPH_VISCOUS + 2 || k == WCSPH_FIRST + 2 || k == WCSPH_SUM + 2;
     if (third && dim == 2) continue;
-    ok = sphi_reserve(flow->context, (void **)&w->array[k], &w->array_capacity[k], n,
-                      sizeof(double));
+    ok = sphi_reserve(flow->context, &w->array[k], &w->array_capacity[k], n,
+                      flow->variant->real_size);
   }
+  ok = ok && (!w->boundary || sphi_reserve(flow->context, (void **)&w->clear, &w->clear_capacity, n,
+                                           sizeof *w->clear));
   SPH_CHECK(flow->context, ok, SPH_E_MEMORY, "wcsph: no memory for %d particles", n);
   return SPH_OK;
 }
 
-/* Pressure and volume of particles begin..end-1 by their densities. */
-static void apply_equation_of_state(sph_integrator *flow, int32_t begin, int32_t end) {
-  const wcsph *w = wcsph_of(flow);
-  const array rho = field(flow, SPHI_RHO)[0], m = field(flow, SPHI_M)[0];
-  array p = field(flow, SPHI_P)[0], volume = field(flow, SPHI_VOL)[0];
-  for (int32_t i = begin; i < end; i++) {
-    p[i] = sphi_wcsph_pressure(w, rho[i]);
-    volume[i] = m[i] / rho[i];
+/* What every update needs of the flow. */
+static sphi_update_arguments update_of(sph_integrator *flow, double t) {
+  wcsph *w = wcsph_of(flow);
+  const bool linear = w->equation == SPH_EOS_LINEAR;
+  sphi_update_arguments a = {
+      .frame = &flow->frame,
+      .record = flow->record,
+      .rho = field(flow, SPHI_RHO)[0],
+      .m = field(flow, SPHI_M)[0],
+      .rho0 = w->rho0,
+      .stiffness = linear ? w->c0 * w->c0 : w->rho0 * w->c0 * w->c0 / w->gamma,
+      .gamma = linear ? 0 : w->gamma,
+      .force = w->force,
+      .time = t,
+      .all = true};
+  for (int d = 0; d < flow->particles->dim; d++) {
+    a.x[d] = field(flow, SPHI_X)[d];
+    a.v[d] = field(flow, SPHI_V)[d];
+    a.acceleration[d] = field(flow, w->acceleration)[d];
   }
+  return a;
 }
 
-/* Particles are updated in blocks, so that what one pass wrote is at hand in the next. */
 static int32_t block_count(const sph_integrator *flow) {
   return (flow->particles->n + UPDATE_BLOCK - 1) / UPDATE_BLOCK;
 }
 
-static int32_t block_end(const sph_integrator *flow, int32_t block) {
-  const int32_t end = (block + 1) * UPDATE_BLOCK, n = flow->particles->n;
-  return end < n ? end : n;
-}
-
-/* Records from the fields: `all` values, or positions, volume and pressure alone (the density that the
- * diffusion sees then stays the one its gradient was taken of). */
-static sphi_pack packing(sph_integrator *flow, bool all) {
-  const wcsph *w = wcsph_of(flow);
-  const int dim = flow->particles->dim;
-  sphi_pack to = {.frame = &flow->frame,
-                  .n = flow->particles->n,
-                  .stride = SPHI_RECORD(dim),
-                  .columns = all ? dim + 3 : 2,
-                  .record = flow->record};
-  to.value[0] = field(flow, SPHI_VOL)[0];
-  to.value[1] = field(flow, SPHI_P)[0];
-  for (int d = 0; d < dim; d++) {
-    to.x[d] = field(flow, SPHI_X)[d];
-    to.value[2 + d] = field(flow, SPHI_V)[d];
+/* Runs an update over all particles; returns the first bad one by storage order, INT32_MAX if none. */
+static int32_t run_update(sph_integrator *flow, int number, const sphi_update_arguments *a) {
+  const sphi_update function = flow->variant->updates[number];
+  const int32_t n = flow->particles->n, blocks = block_count(flow);
+  int32_t bad = INT32_MAX;
+#pragma omp parallel for num_threads(flow->context->threads) schedule(static) \
+    reduction(min                                                             \
+              : bad) if (blocks > 1)
+  for (int32_t block = 0; block < blocks; block++) {
+    const int32_t begin = block * UPDATE_BLOCK;
+    const int32_t found = function(a, begin, n - begin < UPDATE_BLOCK ? n : begin + UPDATE_BLOCK);
+    if (found < bad) bad = found;
   }
-  to.value[2 + dim] = field(flow, SPHI_RHO)[0];
-  to.shift[2 + dim] = w->rho0;
-  return to;
+  return bad;
 }
 
-/* Pressures anew if `fresh`. */
-static void pack(sph_integrator *flow, bool all, bool fresh) {
+/* Moves particles on, and makes their records. */
+static void move(sph_integrator *flow, const sphi_update_arguments *a) {
   const double begin = sphi_seconds();
-  const sphi_pack to = packing(flow, all);
-#pragma omp parallel for num_threads(flow->context->threads) schedule(static)
-  for (int32_t block = 0; block < block_count(flow); block++) {
-    const int32_t first = block * UPDATE_BLOCK, last = block_end(flow, block);
-    if (fresh) apply_equation_of_state(flow, first, last);
-    flow->variant->pack(&to, first, last);
-  }
+  run_update(flow, SPHI_UPDATE_move, a);
   flow->stats.seconds_pack += sphi_seconds() - begin;
 }
 
@@ -126,86 +123,36 @@ static void run_gradient(sph_integrator *flow) {
   run(flow, SPHI_OPERATOR_gradient, &a);
 }
 
-/* Acceleration by pressure and viscosity into the acceleration field (the viscous part apart if
- * `split`), density diffusion into its array. */
+/* Acceleration by pressure and viscosity (the viscous part apart if `split`), density diffusion. */
 static void run_momentum(sph_integrator *flow, bool split) {
   wcsph *w = wcsph_of(flow);
   const int dim = flow->particles->dim;
   const double h = flow->kernel->h;
   sphi_momentum_arguments a = {
       .diffusion = w->diffusion == SPH_DIFFUSION_NONE ? NULL : w->array[WCSPH_DIFFUSION],
-      .rho = field(flow, SPHI_RHO)[0],
+      .record = flow->record,
+      .m = field(flow, SPHI_M)[0],
       .lambda = w->diffusion == SPH_DIFFUSION_DELTA ? w->array[WCSPH_LAMBDA] : NULL,
       .lambda_min = LAMBDA_MIN,
       .viscosity = w->alpha * h * w->c0 + 2 * (dim + 2) * w->nu,
       .delta = w->delta * h * w->c0,
       .rho0 = w->rho0};
   for (int d = 0; d < dim; d++) {
-    a.acceleration[d] = field(flow, w->acceleration)[d];
+    a.acceleration[d] = w->array[WCSPH_PUSH + d];
     a.viscous[d] = split ? w->array[WCSPH_VISCOUS + d] : NULL;
   }
   run(flow, SPHI_OPERATOR_momentum, &a);
   flow->stats.evaluations++;
 }
 
-static sph_status report_bad(sph_integrator *flow, int32_t i, double dt);
-
-/* Adds the body force at the places of particles begin..end-1 to their accelerations. Returns the first
- * whose values cannot be, INT32_MAX if none: a later evaluation would spread them over its neighbours. */
-static int32_t add_body_force(sph_integrator *flow, double t, int32_t begin, int32_t end) {
+static void run_rates(sph_integrator *flow) {
   const wcsph *w = wcsph_of(flow);
-  const int dim = flow->particles->dim;
-  double **a = field(flow, w->acceleration), **x = field(flow, SPHI_X);
-  const array rho = field(flow, SPHI_RHO)[0];
-  for (int32_t i = begin; i < end && w->force.function; i++) {
-    double f[SPHI_MAX_DIM] = {0}, at[SPHI_MAX_DIM];
-    for (int d = 0; d < dim; d++) at[d] = x[d][i];
-    w->force.function(t, at, f, w->force.user);
-    for (int d = 0; d < dim; d++) a[d][i] += f[d];
-  }
-  for (int d = 0; d < dim; d++) {
-    array along = a[d];
-    const double constant = w->force.constant[d];
-    for (int32_t i = begin; i < end; i++) along[i] += constant;
-  }
-  for (int32_t i = begin; i < end; i++) {
-    double a2 = 0;
-    for (int d = 0; d < dim; d++) a2 += a[d][i] * a[d][i];
-    if (!(a2 < HUGE_VAL && rho[i] > 0)) return i;
-  }
-  return INT32_MAX;
-}
-
-static sph_status add_body_forces(sph_integrator *flow, double t, double dt) {
-  int32_t bad = INT32_MAX;
-#pragma omp parallel for num_threads(flow->context->threads) schedule(static) reduction(min : bad)
-  for (int32_t block = 0; block < block_count(flow); block++) {
-    const int32_t found = add_body_force(flow, t, block * UPDATE_BLOCK, block_end(flow, block));
-    if (found < bad) bad = found;
-  }
-  return bad == INT32_MAX ? SPH_OK : report_bad(flow, bad, dt);
-}
-
-/* y += factor * rate for positions, velocities or densities; at most one array a direction. */
-static void advance(sph_integrator *flow, int directions, double *const *y, double factor,
-                    double *const *rate) {
-#pragma omp parallel for num_threads(flow->context->threads) schedule(static)
-  for (int32_t i = 0; i < flow->particles->n; i++)
-    for (int d = 0; d < directions; d++) y[d][i] += factor * rate[d][i];
-}
-
-/* rho += -dt rho D */
-static void advance_density(sph_integrator *flow, double dt) {
-  array rho = field(flow, SPHI_RHO)[0];
-  const array divergence = wcsph_of(flow)->array[WCSPH_DIVERGENCE];
-#pragma omp parallel for num_threads(flow->context->threads) schedule(static)
-  for (int32_t i = 0; i < flow->particles->n; i++) rho[i] -= dt * rho[i] * divergence[i];
-}
-
-static void advance_diffusion(sph_integrator *flow, double dt) {
-  const wcsph *w = wcsph_of(flow);
-  double *rate = w->array[WCSPH_DIFFUSION];
-  if (w->diffusion != SPH_DIFFUSION_NONE) advance(flow, 1, field(flow, SPHI_RHO), dt, &rate);
+  sphi_rates_arguments a = {.divergence = w->array[WCSPH_DIVERGENCE],
+                            .record = flow->record,
+                            .m = field(flow, SPHI_M)[0]};
+  for (int d = 0; d < flow->particles->dim; d++) a.acceleration[d] = w->array[WCSPH_PUSH + d];
+  run(flow, SPHI_OPERATOR_rates, &a);
+  flow->stats.evaluations++;
 }
 
 static sph_status report_bad(sph_integrator *flow, int32_t i, double dt) {
@@ -250,202 +197,153 @@ static sph_status report_bad(sph_integrator *flow, int32_t i, double dt) {
       flow->stats.time + dt, dt, what, value);
 }
 
-/* Largest speed and acceleration after a step; stops at the first bad particle by storage order. */
-static sph_status check_state(sph_integrator *flow, double dt) {
+/* Does a move, and finds the largest speed and acceleration after it; stops at the first bad particle by
+ * storage order. Pressures and volumes go into the fields, so that what a caller reads belongs together. */
+static sph_status move_and_check(sph_integrator *flow, sphi_update_arguments *a, double dt) {
   wcsph *w = wcsph_of(flow);
-  const int dim = flow->particles->dim;
-  double **x = field(flow, SPHI_X), **v = field(flow, SPHI_V), **a = field(flow, w->acceleration);
-  const array rho = field(flow, SPHI_RHO)[0];
-  const double most2 = pow(flow->particles->spacing / dt, 2);
-#pragma omp parallel for num_threads(flow->context->threads) schedule(static)
-  for (int32_t block = 0; block < block_count(flow); block++) {
-    const int32_t end = block_end(flow, block);
-    sphi_extremes found = {0, 0, -1};
-    for (int32_t i = block * UPDATE_BLOCK; i < end; i++) {
-      double v2 = 0, a2 = 0;
-      bool inside = true;
-      for (int d = 0; d < dim; d++) {
-        v2 += v[d][i] * v[d][i];
-        a2 += a[d][i] * a[d][i];
-        inside = inside &&
-                 (w->periodic[d] || (x[d][i] >= w->domain_lo[d] && x[d][i] <= w->domain_hi[d]));
-      }
-      const bool good = v2 <= most2 && a2 < HUGE_VAL && inside && rho[i] > 0 && rho[i] < HUGE_VAL;
-      if (!good && found.bad < 0) found.bad = i;
-      if (v2 > found.speed2) found.speed2 = v2;
-      if (a2 > found.acceleration2) found.acceleration2 = a2;
-    }
-    w->block[block] = found;
+  a->p = field(flow, SPHI_P)[0];
+  a->volume = field(flow, SPHI_VOL)[0];
+  a->extremes = w->block;
+  a->most2 = pow(flow->particles->spacing / dt, 2);
+  for (int d = 0; d < flow->particles->dim; d++) {
+    a->lo[d] = w->periodic[d] ? -HUGE_VAL : w->domain_lo[d];
+    a->hi[d] = w->periodic[d] ? HUGE_VAL : w->domain_hi[d];
   }
-  sphi_extremes all = {0, 0, -1};
-  for (int32_t block = block_count(flow) - 1; block >= 0; block--) {
-    if (w->block[block].bad >= 0) all.bad = w->block[block].bad;
+  const int32_t bad = run_update(flow, SPHI_UPDATE_move, a);
+  sphi_extremes all = {0, 0};
+  for (int32_t block = 0; block < block_count(flow); block++) {
     all.speed2 = fmax(all.speed2, w->block[block].speed2);
     all.acceleration2 = fmax(all.acceleration2, w->block[block].acceleration2);
   }
   flow->stats.max_speed = sqrt(all.speed2);
   flow->stats.max_acceleration = sqrt(all.acceleration2);
-  return all.bad < 0 ? SPH_OK : report_bad(flow, all.bad, dt);
+  return bad == INT32_MAX ? SPH_OK : report_bad(flow, bad, dt);
 }
 
-/* Drops and threads cannot be in tension: nothing holds them together, and a density that stayed low
- * from the moment they came off would tear at whatever they meet next. Then pressures and volumes, so
- * that what a caller reads belongs together. */
-static void finish_densities(sph_integrator *flow) {
-  const wcsph *w = wcsph_of(flow);
-  array rho = field(flow, SPHI_RHO)[0];
-  const array lambda = w->array[WCSPH_LAMBDA];
-#pragma omp parallel for num_threads(flow->context->threads) schedule(static)
-  for (int32_t block = 0; block < block_count(flow); block++) {
-    const int32_t first = block * UPDATE_BLOCK, last = block_end(flow, block);
-    for (int32_t i = first; i < last; i++)
-      if (lambda[i] < LAMBDA_ISOLATED && rho[i] < w->rho0) rho[i] = w->rho0;
-    apply_equation_of_state(flow, first, last);
-  }
+/* The end of a step: positions on by `drift`, densities by their diffusion over `diffuse`. Drops and
+ * threads cannot be in tension: nothing holds them together, and a density that stayed low from the
+ * moment they came off would tear at whatever they meet next. */
+static sph_status finish(sph_integrator *flow, double dt, double drift, double diffuse) {
+  wcsph *w = wcsph_of(flow);
+  sphi_update_arguments a = update_of(flow, 0);
+  a.drift = drift;
+  a.next = diffuse;
+  if (diffuse > 0 && w->diffusion != SPH_DIFFUSION_NONE) a.diffusion = w->array[WCSPH_DIFFUSION];
+  a.lambda = w->array[WCSPH_LAMBDA];
+  a.lambda_isolated = LAMBDA_ISOLATED;
+  const sph_status status = move_and_check(flow, &a, dt);
+  w->packed = true;
+  return status;
+}
+
+/* Velocities on by the accelerations now, made of the pair sums if these are `fresh`. */
+static sph_status kick(sph_integrator *flow, double t, double dt, double part, bool fresh) {
+  wcsph *w = wcsph_of(flow);
+  sphi_update_arguments a = update_of(flow, t);
+  a.next = part * dt;
+  for (int d = 0; d < flow->particles->dim && fresh; d++) a.push[d] = w->array[WCSPH_PUSH + d];
+  if (!fresh) a.force.function = NULL;
+  const int32_t bad = run_update(flow, SPHI_UPDATE_kick, &a);
+  return bad == INT32_MAX ? SPH_OK : report_bad(flow, bad, dt);
 }
 
 /* Symplectic Euler, written from the density on: density with the velocities now, velocities with the
  * new density, positions with the new velocities. */
 static sph_status step_symplectic(sph_integrator *flow, double dt) {
   const wcsph *w = wcsph_of(flow);
-  const int dim = flow->particles->dim;
   const double t = flow->stats.time;
   SPH_TRY(update_ghosts(flow, t));
   run_gradient(flow);
-  advance_density(flow, dt);
-  pack(flow, false, true);
+  sphi_update_arguments a = update_of(flow, t);
+  a.next = dt;
+  a.divergence = w->array[WCSPH_DIVERGENCE];
+  a.all = false;
+  move(flow, &a);
   SPH_TRY(update_ghosts(flow, t));
   run_momentum(flow, false);
-  SPH_TRY(add_body_forces(flow, t, dt));
-  advance(flow, dim, field(flow, SPHI_V), dt, field(flow, w->acceleration));
+  SPH_TRY(kick(flow, t, dt, 1, true));
   SPH_TRY(sphi_wcsph_stop_at_walls(flow, dt));
-  advance(flow, dim, field(flow, SPHI_X), dt, field(flow, SPHI_V));
-  advance_diffusion(flow, dt);
-  return SPH_OK;
+  return finish(flow, dt, dt, dt);
 }
 
 /* Kick, drift, kick: the density rate at the middle of the drift. */
 static sph_status step_verlet(sph_integrator *flow, double dt) {
   wcsph *w = wcsph_of(flow);
-  const int dim = flow->particles->dim;
   const double t = flow->stats.time;
-  double **x = field(flow, SPHI_X), **v = field(flow, SPHI_V), **a = field(flow, w->acceleration);
   if (!w->accelerated) {
     SPH_TRY(update_ghosts(flow, t));
     run_gradient(flow);
     run_momentum(flow, false);
-    SPH_TRY(add_body_forces(flow, t, dt));
   }
-  advance(flow, dim, v, 0.5 * dt, a);
+  SPH_TRY(kick(flow, t, dt, 0.5, !w->accelerated));
   SPH_TRY(sphi_wcsph_stop_at_walls(flow, dt));
-  advance(flow, dim, x, 0.5 * dt, v);
-  pack(flow, true, true);
+  sphi_update_arguments a = update_of(flow, t);
+  a.drift = 0.5 * dt;
+  move(flow, &a);
   SPH_TRY(update_ghosts(flow, t + 0.5 * dt));
   run_gradient(flow);
-  advance(flow, dim, x, 0.5 * dt, v);
-  advance_density(flow, dt);
-  pack(flow, false, true);
+  a.next = dt;
+  a.divergence = w->array[WCSPH_DIVERGENCE];
+  a.all = false;
+  move(flow, &a);
   SPH_TRY(update_ghosts(flow, t + dt));
   run_momentum(flow, false);
-  SPH_TRY(add_body_forces(flow, t + dt, dt));
-  advance(flow, dim, v, 0.5 * dt, a);
-  advance_diffusion(flow, dt);
+  SPH_TRY(kick(flow, t + dt, dt, 0.5, true));
   w->accelerated = true;
-  return SPH_OK;
+  return finish(flow, dt, 0, dt);
 }
 
-/* Rates of one Runge-Kutta stage into the sums with its weight; then the next stage's state, or after
- * the last stage (next = 0) the new one. */
-static void advance_stage(sph_integrator *flow, double weight, double next, int32_t begin,
-                          int32_t end) {
-  wcsph *w = wcsph_of(flow);
-  const bool last = next == 0;
-  double *const *of = w->array;
-  const array divergence = of[WCSPH_DIVERGENCE], diffusion = of[WCSPH_DIFFUSION],
-              rho_old = of[WCSPH_OLD_RHO];
-  array rho = field(flow, SPHI_RHO)[0], rho_sum = of[WCSPH_SUM_RHO];
-  const bool diffuse = w->diffusion != SPH_DIFFUSION_NONE;
-  for (int32_t i = begin; i < end; i++) {
-    const double rate = (diffuse ? diffusion[i] : 0) - rho[i] * divergence[i];
-    const double sum = rho_sum[i] + weight * rate;
-    rho_sum[i] = sum;
-    rho[i] = rho_old[i] + (last ? sum : next * rate);
-  }
-  for (int d = 0; d < flow->particles->dim; d++) {
-    array x = field(flow, SPHI_X)[d], v = field(flow, SPHI_V)[d];
-    array x_sum = of[WCSPH_SUM_X + d], v_sum = of[WCSPH_SUM_V + d];
-    const array x_old = of[WCSPH_OLD_X + d], v_old = of[WCSPH_OLD_V + d],
-                a = field(flow, w->acceleration)[d], viscous = of[WCSPH_VISCOUS + d];
-    for (int32_t i = begin; i < end; i++) {
-      const double push = a[i] + viscous[i], speed = v[i];
-      const double x_new = x_sum[i] + weight * speed, v_new = v_sum[i] + weight * push;
-      x_sum[i] = x_new;
-      v_sum[i] = v_new;
-      x[i] = x_old[i] + (last ? x_new : next * speed);
-      v[i] = v_old[i] + (last ? v_new : next * push);
-    }
-  }
-}
-
-/* What follows the pair sums of a stage, ending with the records of the next. */
-static sph_status finish_stage(sph_integrator *flow, double t, double dt, double weight,
-                               double next) {
-  const sphi_pack to = packing(flow, true);
-  int32_t bad = INT32_MAX;
-#pragma omp parallel for num_threads(flow->context->threads) schedule(static) reduction(min : bad)
-  for (int32_t block = 0; block < block_count(flow); block++) {
-    const int32_t first = block * UPDATE_BLOCK, last = block_end(flow, block);
-    const int32_t found = add_body_force(flow, t, first, last);
-    if (found < bad) bad = found;
-    if (found < INT32_MAX) continue;
-    advance_stage(flow, weight, next, first, last);
-    if (next == 0) continue;
-    apply_equation_of_state(flow, first, last);
-    flow->variant->pack(&to, first, last);
-  }
-  return bad == INT32_MAX ? SPH_OK : report_bad(flow, bad, dt);
-}
-
-static void copy_state(sph_integrator *flow) {
-  wcsph *w = wcsph_of(flow);
-  const size_t bytes = (size_t)flow->particles->n * sizeof(double);
-  memcpy(w->array[WCSPH_OLD_RHO], field(flow, SPHI_RHO)[0], bytes);
-  memset(w->array[WCSPH_SUM_RHO], 0, bytes);
-  for (int d = 0; d < flow->particles->dim; d++) {
-    memcpy(w->array[WCSPH_OLD_X + d], field(flow, SPHI_X)[d], bytes);
-    memcpy(w->array[WCSPH_OLD_V + d], field(flow, SPHI_V)[d], bytes);
-    memset(w->array[WCSPH_SUM_X + d], 0, bytes);
-    memset(w->array[WCSPH_SUM_V + d], 0, bytes);
-  }
-}
-
-/* Runge-Kutta 4 with the diffusive terms of the first stage kept through the step. */
+/* Runge-Kutta 4 with the diffusive terms of the first stage kept through the step. A stage's state is in
+ * the records alone; the fields keep the old state until the last one. With a_k the accelerations of the
+ * stages and a' = 2 a_1 + 2 a_2, weights 1 2 2 1 over 6 make
+ *
+ *   v_new = v + dt (a_0 + a' + a_3) / 6,    x_new = x + dt v + dt^2 (a_0 + a_1 + a_2) / 6. */
 static sph_status step_rk4(sph_integrator *flow, double dt) {
-  static const double weight[4] = {1, 2, 2, 1}, place[4] = {0, 0.5, 0.5, 1};
+  static const struct {
+    double place;                         /* of the stage in the step */
+    double next;                          /* of the state after it */
+    double past;                          /* the sums' part of it */
+    double drift, drift_sum, drift_first; /* [dt], [dt^2] */
+    int update;
+  } stage[4] = {
+      {0, 0.5, 0, 0.5, 0, 0, SPHI_UPDATE_initial_stage},
+      {0.5, 0.5, 0, 0.5, 0, 0.25, SPHI_UPDATE_middle_stage},
+      {0.5, 1, 0, 1, 0.25, -0.25, SPHI_UPDATE_middle_stage}, /* (sum - first) / 2 = a_1 */
+      {1, 1 / 6.0, 1 / 6.0, 1, 1 / 12.0, 1 / 12.0, SPHI_UPDATE_final_stage},
+  };
   wcsph *w = wcsph_of(flow);
-  const int dim = flow->particles->dim;
-  copy_state(flow);
   for (int k = 0; k < 4; k++) {
-    const double t = flow->stats.time + place[k] * dt;
+    const double t = flow->stats.time + stage[k].place * dt;
     SPH_TRY(update_ghosts(flow, t));
     if (k == 0) {
       run_gradient(flow);
       run_momentum(flow, true);
     } else {
-      sphi_rates_arguments a = {.divergence = w->array[WCSPH_DIVERGENCE],
-                                .rho = field(flow, SPHI_RHO)[0]};
-      for (int d = 0; d < dim; d++) a.acceleration[d] = field(flow, w->acceleration)[d];
-      run(flow, SPHI_OPERATOR_rates, &a);
-      flow->stats.evaluations++;
+      run_rates(flow);
     }
-    SPH_TRY(finish_stage(flow, t, dt, weight[k] * dt / 6, k < 3 ? place[k + 1] * dt : 0));
+    sphi_update_arguments a = update_of(flow, t);
+    a.next = stage[k].next * dt;
+    a.past = stage[k].past * dt;
+    a.drift = stage[k].drift * dt;
+    a.drift_sum = stage[k].drift_sum * dt * dt;
+    a.drift_first = stage[k].drift_first * dt * dt;
+    a.divergence = w->array[WCSPH_DIVERGENCE];
+    if (w->diffusion != SPH_DIFFUSION_NONE) a.diffusion = w->array[WCSPH_DIFFUSION];
+    a.rho_sum = w->array[WCSPH_SUM_RHO];
+    for (int d = 0; d < flow->particles->dim; d++) {
+      a.push[d] = w->array[WCSPH_PUSH + d];
+      a.viscous[d] = w->array[WCSPH_VISCOUS + d];
+      a.first[d] = w->array[WCSPH_FIRST + d];
+      a.sum[d] = w->array[WCSPH_SUM + d];
+    }
+    const int32_t bad = run_update(flow, stage[k].update, &a);
+    if (bad < INT32_MAX) return report_bad(flow, bad, dt);
   }
   SPH_TRY(sphi_wcsph_stop_at_walls(flow, dt));
-  return SPH_OK;
+  return finish(flow, dt, 0, 0);
 }
 
-/* Speed of the fastest wall now. */
-static double wall_speed(const wcsph *w) {
+double sphi_wcsph_wall_speed(const wcsph *w) {
   double most = 0;
   for (int k = 0; w->boundary && k < w->boundary->walls; k++) {
     const double *v = w->boundary->state[k].velocity;
@@ -457,7 +355,7 @@ static double wall_speed(const wcsph *w) {
 /* How far a particle or wall may come in a time step. */
 static double travel_in(const sph_integrator *flow, double dt) {
   return dt * fmax(flow->stats.max_speed + dt * flow->stats.max_acceleration,
-                   wall_speed(wcsph_of(flow)));
+                   sphi_wcsph_wall_speed(wcsph_of(flow)));
 }
 
 sph_status sphi_wcsph_step(sph_integrator *flow, double dt) {
@@ -467,17 +365,17 @@ sph_status sphi_wcsph_step(sph_integrator *flow, double dt) {
       flow->stats.seconds_pack + flow->stats.seconds_boundary + flow->stats.seconds_pairs;
   w->packed = false;
   w->travel = travel_in(flow, dt);
-  if (flow->stats.max_speed * dt > flow->particles->spacing) SPH_TRY(check_state(flow, dt));
-  if (flow->stepper == SPH_STEPPER_SYMPLECTIC)
-    SPH_TRY(step_symplectic(flow, dt));
-  else if (flow->stepper == SPH_STEPPER_VERLET)
-    SPH_TRY(step_verlet(flow, dt));
-  else
-    SPH_TRY(step_rk4(flow, dt));
-  finish_densities(flow);
-  const sph_status status = check_state(flow, dt);
-  w->travelled +=
-      dt * fmax(flow->stats.max_speed + 0.5 * dt * flow->stats.max_acceleration, wall_speed(w));
+  if (flow->stats.max_speed * dt > flow->particles->spacing) {
+    sphi_update_arguments a = update_of(flow, 0);
+    SPH_TRY(move_and_check(flow, &a, dt));
+  }
+  const sph_status status = flow->stepper == SPH_STEPPER_SYMPLECTIC ? step_symplectic(flow, dt)
+                            : flow->stepper == SPH_STEPPER_VERLET   ? step_verlet(flow, dt)
+                                                                    : step_rk4(flow, dt);
+  const double wall_speed = sphi_wcsph_wall_speed(w);
+  const double speed = flow->stats.max_speed + 0.5 * dt * flow->stats.max_acceleration;
+  w->travelled += dt * fmax(speed, wall_speed);
+  w->odometer += dt * (speed + wall_speed);
   const double now =
       flow->stats.seconds_pack + flow->stats.seconds_boundary + flow->stats.seconds_pairs;
   flow->stats.seconds_update += sphi_seconds() - begin - (now - others);
@@ -526,6 +424,9 @@ static sph_status build(sph_integrator *flow) {
   SPH_TRY(sphi_integrator_build(flow, radius));
   w->travelled = 0;
   w->packed = false;
+  /* Positions jumped by a period where there is one. */
+  if (!w->prepared || w->periodic[0] || w->periodic[1] || w->periodic[2])
+    sphi_wcsph_forget_walls(flow);
   if (!w->boundary) return SPH_OK;
   const double begin = sphi_seconds();
   const bool moves = sphi_boundary_moves(w->boundary);
@@ -604,7 +505,6 @@ static sph_status prepare(sph_integrator *flow) {
   /* The places of the density gradient must be zero where no gradient is taken. */
   memset(flow->record, 0, (size_t)flow->record_capacity * flow->variant->real_size);
   w->prepared = true;
-  apply_equation_of_state(flow, 0, particles->n);
   w->accelerated = false;
   if (!w->domain_given) default_domain(flow);
   return SPH_OK;
@@ -618,7 +518,12 @@ sph_status sphi_wcsph_refresh(sph_integrator *flow) {
     const double reach = 0.5 * (flow->list_radius - flow->kernel->support);
     if (w->travelled + next_travel(flow) > reach) SPH_TRY(build(flow));
   }
-  if (!w->packed) pack(flow, true, false);
+  if (!w->packed) {
+    sphi_update_arguments a = update_of(flow, flow->stats.time);
+    a.p = field(flow, SPHI_P)[0];
+    a.volume = field(flow, SPHI_VOL)[0];
+    move(flow, &a);
+  }
   w->packed = true;
   return SPH_OK;
 }
