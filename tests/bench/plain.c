@@ -1,4 +1,5 @@
-/* The equations are those of sph_wcsph_create in <sph/wcsph.h>, without ghosts. */
+/* The equations are those of sph_wcsph_create in <sph/wcsph.h>; ghosts take no part in diffusion and, the walls being
+ * free-slip, in viscosity. */
 #include "plain.h"
 
 #include <math.h>
@@ -12,147 +13,182 @@
 /* Literal kernels and dimensions are folded in, as a careful author's compiler would do too. */
 #define INLINE static inline __attribute__((always_inline))
 
-int plain_allocate(plain_flow *flow, int dim, int32_t n) {
+static int allocate_points(plain_points *points, int dim, int32_t n) {
+  const size_t count = (size_t)n + 1, vector = count * (size_t)dim, number = sizeof(double);
+  points->n = n;
+  points->x = calloc(vector, number);
+  points->v = calloc(vector, number);
+  points->p = calloc(count, number);
+  points->volume = calloc(count, number);
+  points->cell = calloc(count, sizeof *points->cell);
+  points->order = calloc(count, sizeof *points->order);
+  return points->x && points->v && points->p && points->volume && points->cell && points->order;
+}
+
+int plain_allocate(plain_flow *flow, int dim, int32_t particles, int32_t ghosts) {
   memset(flow, 0, sizeof *flow);
-  const size_t count = (size_t)n, vector = count * (size_t)dim, number = sizeof(double);
+  const size_t count = (size_t)particles + 1, vector = count * (size_t)dim, number = sizeof(double);
   flow->dim = dim;
-  flow->n = n;
-  flow->x = calloc(vector, number);
-  flow->v = calloc(vector, number);
+  const int points =
+      allocate_points(&flow->fluid, dim, particles) && allocate_points(&flow->ghost, dim, ghosts);
   flow->m = calloc(count, number);
   flow->rho = calloc(count, number);
-  flow->p = calloc(count, number);
-  flow->volume = calloc(count, number);
-  flow->start = calloc(count + 1, sizeof *flow->start);
-  flow->cell = calloc(count, sizeof *flow->cell);
-  flow->order = calloc(count, sizeof *flow->order);
+  flow->pairs.start = calloc(count, sizeof *flow->pairs.start);
+  flow->ghosts.start = calloc(count, sizeof *flow->ghosts.start);
   flow->sums = calloc(count * SUMS(3), number);
   flow->gradient = calloc(vector, number);
   flow->lambda = calloc(count, number);
   flow->divergence = calloc(count, number);
   flow->acceleration = calloc(vector, number);
   flow->density_rate = calloc(count, number);
-  return flow->x && flow->v && flow->m && flow->rho && flow->p && flow->volume && flow->start &&
-         flow->cell && flow->order && flow->sums && flow->gradient && flow->lambda &&
-         flow->divergence && flow->acceleration && flow->density_rate;
+  return points && flow->m && flow->rho && flow->pairs.start && flow->ghosts.start && flow->sums &&
+         flow->gradient && flow->lambda && flow->divergence && flow->acceleration &&
+         flow->density_rate;
+}
+
+static void free_points(plain_points *points) {
+  void *all[] = {points->x,    points->v,     points->p,    points->volume,
+                 points->cell, points->order, points->first};
+  for (size_t k = 0; k < sizeof all / sizeof *all; k++) free(all[k]);
 }
 
 void plain_free(plain_flow *flow) {
-  void *all[] = {
-      flow->x,           flow->v,      flow->m,        flow->rho,        flow->p,
-      flow->near,        flow->start,  flow->cell,     flow->order,      flow->volume,
-      flow->sums,        flow->lambda, flow->gradient, flow->divergence, flow->acceleration,
-      flow->density_rate};
+  void *all[] = {flow->m,           flow->rho,          flow->pairs.start,  flow->pairs.near,
+                 flow->ghosts.near, flow->ghosts.start, flow->sums,         flow->lambda,
+                 flow->gradient,    flow->divergence,   flow->acceleration, flow->density_rate};
+  free_points(&flow->fluid);
+  free_points(&flow->ghost);
   for (size_t k = 0; k < sizeof all / sizeof *all; k++) free(all[k]);
   memset(flow, 0, sizeof *flow);
 }
 
 void plain_state(plain_flow *flow) {
-  for (int32_t i = 0; i < flow->n; i++) {
-    flow->p[i] = flow->c0 * flow->c0 * (flow->rho[i] - flow->rho0);
-    flow->volume[i] = flow->m[i] / flow->rho[i];
+  for (int32_t i = 0; i < flow->fluid.n; i++) {
+    flow->fluid.p[i] = flow->c0 * flow->c0 * (flow->rho[i] - flow->rho0);
+    flow->fluid.volume[i] = flow->m[i] / flow->rho[i];
   }
 }
 
 /* ------------------------------------------------------------------------------------- list */
 
 typedef struct grid {
-  double lo[3];
-  int32_t cells[3];
-  int32_t *first; /* [cells + 1] */
+  int dim;
+  double width, lo[3];
+  int32_t cells[3], total;
 } grid;
 
-static int sort_into_cells(plain_flow *flow, grid *g) {
-  const int dim = flow->dim;
-  size_t total = 1;
-  for (int d = 0; d < 3; d++) g->cells[d] = 1, g->lo[d] = 0;
-  for (int d = 0; d < dim; d++) {
-    double hi = flow->x[d];
-    g->lo[d] = flow->x[d];
-    for (int32_t i = 1; i < flow->n; i++) {
-      g->lo[d] = fmin(g->lo[d], flow->x[i * dim + d]);
-      hi = fmax(hi, flow->x[i * dim + d]);
-    }
-    g->cells[d] = (int32_t)((hi - g->lo[d]) / flow->support) + 1;
-    total *= (size_t)g->cells[d];
+static void widen(const plain_points *points, int dim, int d, double *lo, double *hi) {
+  for (int32_t i = 0; i < points->n; i++) {
+    *lo = fmin(*lo, points->x[i * dim + d]);
+    *hi = fmax(*hi, points->x[i * dim + d]);
   }
-  g->first = calloc(total + 1, sizeof *g->first);
-  if (!g->first) return 0;
-  for (int32_t i = 0; i < flow->n; i++) {
+}
+
+static grid grid_over(const plain_flow *flow) {
+  grid g = {.dim = flow->dim, .width = flow->support, .cells = {1, 1, 1}, .total = 1};
+  for (int d = 0; d < flow->dim; d++) {
+    double lo = HUGE_VAL, hi = -HUGE_VAL;
+    widen(&flow->fluid, flow->dim, d, &lo, &hi);
+    widen(&flow->ghost, flow->dim, d, &lo, &hi);
+    g.lo[d] = lo;
+    g.cells[d] = (int32_t)((hi - lo) / g.width) + 1;
+    g.total *= g.cells[d];
+  }
+  return g;
+}
+
+static int sort_into_cells(const grid *g, plain_points *points) {
+  const size_t total = (size_t)g->total;
+  int32_t *first = calloc(total + 1, sizeof *first);
+  points->first = first;
+  if (!first) return 0;
+  for (int32_t i = 0; i < points->n; i++) {
     int32_t cell = 0;
-    for (int d = 0; d < dim; d++)
-      cell = cell * g->cells[d] + (int32_t)((flow->x[i * dim + d] - g->lo[d]) / flow->support);
-    flow->cell[i] = cell;
-    g->first[cell + 1]++;
+    for (int d = 0; d < g->dim; d++)
+      cell = cell * g->cells[d] + (int32_t)((points->x[i * g->dim + d] - g->lo[d]) / g->width);
+    points->cell[i] = cell;
+    first[cell + 1]++;
   }
-  for (size_t c = 0; c < total; c++) g->first[c + 1] += g->first[c];
-  for (int32_t i = flow->n - 1; i >= 0; i--) flow->order[--g->first[flow->cell[i] + 1]] = i;
+  for (size_t c = 0; c < total; c++) first[c + 1] += first[c];
+  for (int32_t i = points->n - 1; i >= 0; i--) points->order[--first[points->cell[i] + 1]] = i;
   /* first[c + 1] now is the beginning of cell c. */
-  memmove(g->first, g->first + 1, total * sizeof *g->first);
-  g->first[total] = flow->n;
+  memmove(first, first + 1, total * sizeof *first);
+  first[total] = points->n;
   return 1;
 }
 
-INLINE double distance2(const double *x, int32_t i, int32_t j, const int dim) {
+static int make_room(plain_neighbours *list, int64_t more) {
+  const int64_t wanted = list->used + more;
+  if (wanted <= list->capacity) return 1;
+  const int64_t capacity = wanted + wanted / 2;
+  int32_t *near = realloc(list->near, (size_t)capacity * sizeof *near);
+  if (!near) return 0;
+  list->near = near;
+  list->capacity = capacity;
+  return 1;
+}
+
+INLINE double distance2(const double *x, const double *y, const int dim) {
   double r2 = 0;
-  for (int d = 0; d < dim; d++) {
-    const double dx = x[i * dim + d] - x[j * dim + d];
-    r2 += dx * dx;
-  }
+  for (int d = 0; d < dim; d++) r2 += (x[d] - y[d]) * (x[d] - y[d]);
   return r2;
 }
 
-/* Appends the neighbours of i in one row of cells; the room is there. */
-INLINE int64_t append(plain_flow *flow, int32_t i, int32_t begin, int32_t end, int64_t used,
-                      const int dim) {
-  const double support2 = flow->support * flow->support;
-  for (int32_t k = begin; k < end; k++) {
-    const int32_t j = flow->order[k];
-    if (j > i && distance2(flow->x, i, j, dim) < support2) flow->near[used++] = j;
+/* Appends those of `points` beyond number `after` that are near x and in the cells begin ... end - 1. */
+INLINE int append(plain_neighbours *list, const double *x, const plain_points *points,
+                  int32_t after, int32_t begin, int32_t end, double support, const int dim) {
+  const int32_t from = points->first[begin], to = points->first[end];
+  const double support2 = support * support;
+  if (!make_room(list, to - from)) return 0;
+  int64_t used = list->used;
+  for (int32_t k = from; k < to; k++) {
+    const int32_t j = points->order[k];
+    if (j > after && distance2(x, points->x + j * dim, dim) < support2) list->near[used++] = j;
   }
-  return used;
+  list->used = used;
+  return 1;
 }
 
-static int make_room(plain_flow *flow, int64_t wanted) {
-  if (wanted <= flow->capacity) return 1;
-  const int64_t capacity = wanted + wanted / 2;
-  int32_t *near = realloc(flow->near, (size_t)capacity * sizeof *near);
-  if (!near) return 0;
-  flow->near = near;
-  flow->capacity = capacity;
+/* The neighbours of particle i in the rows of cells about its own. */
+INLINE int list_one(plain_flow *flow, const grid *g, int32_t i, const int dim) {
+  const int last = dim - 1, planes = dim == 3 ? 1 : 0;
+  const double *x = flow->fluid.x + i * dim, support = flow->support;
+  int32_t at[3] = {0, 0, 0}, cell = flow->fluid.cell[i];
+  for (int d = last; d >= 0; d--) at[d] = cell % g->cells[d], cell /= g->cells[d];
+  const int32_t lo = at[last] > 0 ? at[last] - 1 : 0;
+  const int32_t hi = at[last] + 1 < g->cells[last] ? at[last] + 1 : at[last];
+  for (int a = -1; a <= 1; a++) {
+    for (int b = -planes; b <= planes; b++) {
+      const int32_t ca = at[0] + a, cb = dim == 3 ? at[1] + b : 0;
+      if (ca < 0 || ca >= g->cells[0] || cb < 0 || (dim == 3 && cb >= g->cells[1])) continue;
+      const int32_t row = (dim == 3 ? ca * g->cells[1] + cb : ca) * g->cells[last];
+      const int32_t begin = row + lo, end = row + hi + 1;
+      if (!append(&flow->pairs, x, &flow->fluid, i, begin, end, support, dim) ||
+          !append(&flow->ghosts, x, &flow->ghost, -1, begin, end, support, dim))
+        return 0;
+    }
+  }
+  return 1;
+}
+
+static int list_all(plain_flow *flow, const grid *g) {
+  flow->pairs.used = flow->ghosts.used = 0;
+  for (int32_t i = 0; i < flow->fluid.n; i++) {
+    if (!(flow->dim == 2 ? list_one(flow, g, i, 2) : list_one(flow, g, i, 3))) return 0;
+    flow->pairs.start[i + 1] = flow->pairs.used;
+    flow->ghosts.start[i + 1] = flow->ghosts.used;
+  }
   return 1;
 }
 
 int plain_list(plain_flow *flow) {
-  grid g;
-  if (!sort_into_cells(flow, &g)) return 0;
-  const int dim = flow->dim, last = dim - 1;
-  int64_t used = 0;
-  for (int32_t i = 0; i < flow->n; i++) {
-    flow->start[i] = used;
-    int32_t at[3] = {0, 0, 0}, cell = flow->cell[i];
-    for (int d = last; d >= 0; d--) at[d] = cell % g.cells[d], cell /= g.cells[d];
-    const int32_t along_lo = at[last] > 0 ? at[last] - 1 : 0;
-    const int32_t along_hi = at[last] + 1 < g.cells[last] ? at[last] + 1 : at[last];
-    const int planes = dim == 3 ? 1 : 0;
-    for (int a = -1; a <= 1; a++) {
-      for (int b = -planes; b <= planes; b++) {
-        const int32_t ca = at[0] + a, cb = dim == 3 ? at[1] + b : 0;
-        if (ca < 0 || ca >= g.cells[0] || cb < 0 || (dim == 3 && cb >= g.cells[1])) continue;
-        const int32_t row = (dim == 3 ? ca * g.cells[1] + cb : ca) * g.cells[last];
-        const int32_t begin = g.first[row + along_lo], end = g.first[row + along_hi + 1];
-        if (!make_room(flow, used + end - begin)) {
-          free(g.first);
-          return 0;
-        }
-        used =
-            dim == 2 ? append(flow, i, begin, end, used, 2) : append(flow, i, begin, end, used, 3);
-      }
-    }
-  }
-  flow->start[flow->n] = used;
-  free(g.first);
-  return 1;
+  const grid g = grid_over(flow);
+  const int done =
+      sort_into_cells(&g, &flow->fluid) && sort_into_cells(&g, &flow->ghost) && list_all(flow, &g);
+  free(flow->fluid.first);
+  free(flow->ghost.first);
+  flow->fluid.first = flow->ghost.first = NULL;
+  return done;
 }
 
 /* ------------------------------------------------------------------------------- pair sums */
@@ -178,8 +214,23 @@ INLINE double kernel_slope(const constants *c, const plain_kernel kernel, double
   return -5 * c->norm * a * a * a;
 }
 
+typedef struct pair {
+  double dx[3], r2, approach; /* x_i - x_j, its square, (v_j - v_i) . (x_i - x_j) */
+} pair;
+
+INLINE pair pair_of(const plain_points *own, int32_t i, const plain_points *other, int32_t j,
+                    const int dim) {
+  pair g = {.r2 = 0};
+  for (int d = 0; d < dim; d++) {
+    g.dx[d] = own->x[i * dim + d] - other->x[j * dim + d];
+    g.r2 += g.dx[d] * g.dx[d];
+    g.approach += (other->v[j * dim + d] - own->v[i * dim + d]) * g.dx[d];
+  }
+  return g;
+}
+
 static void clear_sums(plain_flow *flow) {
-  memset(flow->sums, 0, (size_t)flow->n * SUMS(flow->dim) * sizeof *flow->sums);
+  memset(flow->sums, 0, (size_t)flow->fluid.n * SUMS(flow->dim) * sizeof *flow->sums);
 }
 
 /* What particle i gathered itself, onto what its neighbours have given it. */
@@ -191,35 +242,36 @@ INLINE void add_sums(plain_flow *flow, int32_t i, const double *gathered, const 
 /* Sums of a particle: divergence, b[dim], moment matrix xx yy (zz) xy (xz yz). */
 INLINE void gradient_pairs(plain_flow *flow, const plain_kernel kernel, const int dim) {
   const constants c = constants_of(flow);
-  const double *x = flow->x, *v = flow->v, *rho = flow->rho, *volume = flow->volume;
+  const plain_points fluid = flow->fluid, ghost = flow->ghost;
+  const double *rho = flow->rho;
   const int matrix = 1 + dim;
-  for (int32_t i = 0; i < flow->n; i++) {
+  for (int32_t i = 0; i < fluid.n; i++) {
     double si[SUMS(3)] = {0};
-    for (int64_t k = flow->start[i]; k < flow->start[i + 1]; k++) {
-      const int32_t j = flow->near[k];
+    for (int64_t k = flow->pairs.start[i]; k < flow->pairs.start[i + 1]; k++) {
+      const int32_t j = flow->pairs.near[k];
       double *sj = flow->sums + (int64_t)j * SUMS(dim);
-      double dx[3], r2 = 0, approach = 0;
-      for (int d = 0; d < dim; d++) {
-        dx[d] = x[i * dim + d] - x[j * dim + d];
-        r2 += dx[d] * dx[d];
-        approach += (v[j * dim + d] - v[i * dim + d]) * dx[d];
-      }
-      const double slope = kernel_slope(&c, kernel, r2);
-      const double gi = slope * volume[j], gj = slope * volume[i];
+      const pair g = pair_of(&fluid, i, &fluid, j, dim);
+      const double slope = kernel_slope(&c, kernel, g.r2);
+      const double gi = slope * fluid.volume[j], gj = slope * fluid.volume[i];
       const double difference = rho[j] - rho[i];
-      si[0] += gi * approach;
-      sj[0] += gj * approach;
+      si[0] += gi * g.approach;
+      sj[0] += gj * g.approach;
       int at = matrix + dim;
       for (int d = 0; d < dim; d++) {
-        si[1 + d] += gi * difference * dx[d];
-        sj[1 + d] += gj * difference * dx[d];
-        si[matrix + d] -= gi * dx[d] * dx[d];
-        sj[matrix + d] -= gj * dx[d] * dx[d];
+        si[1 + d] += gi * difference * g.dx[d];
+        sj[1 + d] += gj * difference * g.dx[d];
+        si[matrix + d] -= gi * g.dx[d] * g.dx[d];
+        sj[matrix + d] -= gj * g.dx[d] * g.dx[d];
         for (int e = d + 1; e < dim; e++, at++) {
-          si[at] -= gi * dx[d] * dx[e];
-          sj[at] -= gj * dx[d] * dx[e];
+          si[at] -= gi * g.dx[d] * g.dx[e];
+          sj[at] -= gj * g.dx[d] * g.dx[e];
         }
       }
+    }
+    for (int64_t k = flow->ghosts.start[i]; k < flow->ghosts.start[i + 1]; k++) {
+      const int32_t j = flow->ghosts.near[k];
+      const pair g = pair_of(&fluid, i, &ghost, j, dim);
+      si[0] += kernel_slope(&c, kernel, g.r2) * ghost.volume[j] * g.approach;
     }
     add_sums(flow, i, si, dim);
   }
@@ -250,30 +302,32 @@ static void solve_3(const double *b, const double *m, double *gradient, double *
 /* Sums of a particle: force[dim], diffusion. */
 INLINE void rates_pairs(plain_flow *flow, const plain_kernel kernel, const int dim) {
   const constants c = constants_of(flow);
-  const double *x = flow->x, *v = flow->v, *rho = flow->rho, *volume = flow->volume;
-  const double *p = flow->p, *gradient = flow->gradient;
+  const plain_points fluid = flow->fluid, ghost = flow->ghost;
+  const double *rho = flow->rho, *gradient = flow->gradient;
   const double viscosity = flow->alpha * flow->h * flow->c0 * flow->rho0;
-  for (int32_t i = 0; i < flow->n; i++) {
+  for (int32_t i = 0; i < fluid.n; i++) {
     double si[SUMS(3)] = {0};
-    for (int64_t k = flow->start[i]; k < flow->start[i + 1]; k++) {
-      const int32_t j = flow->near[k];
+    for (int64_t k = flow->pairs.start[i]; k < flow->pairs.start[i + 1]; k++) {
+      const int32_t j = flow->pairs.near[k];
       double *sj = flow->sums + (int64_t)j * SUMS(dim);
-      double dx[3], r2 = 0, approach = 0, psi = -2 * (rho[j] - rho[i]);
+      const pair g = pair_of(&fluid, i, &fluid, j, dim);
+      const double slope = kernel_slope(&c, kernel, g.r2);
+      const double gi = slope * fluid.volume[j], gj = slope * fluid.volume[i];
+      const double push = -(fluid.p[i] + fluid.p[j]) - viscosity * g.approach / g.r2;
+      double psi = -2 * (rho[j] - rho[i]);
       for (int d = 0; d < dim; d++) {
-        dx[d] = x[i * dim + d] - x[j * dim + d];
-        r2 += dx[d] * dx[d];
-        approach += (v[j * dim + d] - v[i * dim + d]) * dx[d];
-        psi -= (gradient[i * dim + d] + gradient[j * dim + d]) * dx[d];
-      }
-      const double slope = kernel_slope(&c, kernel, r2);
-      const double gi = slope * volume[j], gj = slope * volume[i];
-      const double push = -(p[i] + p[j]) - viscosity * approach / r2;
-      for (int d = 0; d < dim; d++) {
-        si[d] += gi * push * dx[d];
-        sj[d] -= gj * push * dx[d];
+        psi -= (gradient[i * dim + d] + gradient[j * dim + d]) * g.dx[d];
+        si[d] += gi * push * g.dx[d];
+        sj[d] -= gj * push * g.dx[d];
       }
       si[dim] += gi * psi;
       sj[dim] -= gj * psi;
+    }
+    for (int64_t k = flow->ghosts.start[i]; k < flow->ghosts.start[i + 1]; k++) {
+      const int32_t j = flow->ghosts.near[k];
+      const pair g = pair_of(&fluid, i, &ghost, j, dim);
+      const double gi = kernel_slope(&c, kernel, g.r2) * ghost.volume[j];
+      for (int d = 0; d < dim; d++) si[d] -= gi * (fluid.p[i] + ghost.p[j]) * g.dx[d];
     }
     add_sums(flow, i, si, dim);
   }
@@ -282,26 +336,28 @@ INLINE void rates_pairs(plain_flow *flow, const plain_kernel kernel, const int d
 /* Sums of a particle: force[dim], divergence. */
 INLINE void convective_pairs(plain_flow *flow, const plain_kernel kernel, const int dim) {
   const constants c = constants_of(flow);
-  const double *x = flow->x, *v = flow->v, *volume = flow->volume, *p = flow->p;
-  for (int32_t i = 0; i < flow->n; i++) {
+  const plain_points fluid = flow->fluid, ghost = flow->ghost;
+  for (int32_t i = 0; i < fluid.n; i++) {
     double si[SUMS(3)] = {0};
-    for (int64_t k = flow->start[i]; k < flow->start[i + 1]; k++) {
-      const int32_t j = flow->near[k];
+    for (int64_t k = flow->pairs.start[i]; k < flow->pairs.start[i + 1]; k++) {
+      const int32_t j = flow->pairs.near[k];
       double *sj = flow->sums + (int64_t)j * SUMS(dim);
-      double dx[3], r2 = 0, approach = 0;
+      const pair g = pair_of(&fluid, i, &fluid, j, dim);
+      const double slope = kernel_slope(&c, kernel, g.r2), push = -(fluid.p[i] + fluid.p[j]);
+      const double gi = slope * fluid.volume[j], gj = slope * fluid.volume[i];
       for (int d = 0; d < dim; d++) {
-        dx[d] = x[i * dim + d] - x[j * dim + d];
-        r2 += dx[d] * dx[d];
-        approach += (v[j * dim + d] - v[i * dim + d]) * dx[d];
+        si[d] += gi * push * g.dx[d];
+        sj[d] -= gj * push * g.dx[d];
       }
-      const double slope = kernel_slope(&c, kernel, r2), push = -(p[i] + p[j]);
-      const double gi = slope * volume[j], gj = slope * volume[i];
-      for (int d = 0; d < dim; d++) {
-        si[d] += gi * push * dx[d];
-        sj[d] -= gj * push * dx[d];
-      }
-      si[dim] += gi * approach;
-      sj[dim] += gj * approach;
+      si[dim] += gi * g.approach;
+      sj[dim] += gj * g.approach;
+    }
+    for (int64_t k = flow->ghosts.start[i]; k < flow->ghosts.start[i + 1]; k++) {
+      const int32_t j = flow->ghosts.near[k];
+      const pair g = pair_of(&fluid, i, &ghost, j, dim);
+      const double gi = kernel_slope(&c, kernel, g.r2) * ghost.volume[j];
+      for (int d = 0; d < dim; d++) si[d] -= gi * (fluid.p[i] + ghost.p[j]) * g.dx[d];
+      si[dim] += gi * g.approach;
     }
     add_sums(flow, i, si, dim);
   }
@@ -327,7 +383,7 @@ INLINE void convective_pairs(plain_flow *flow, const plain_kernel kernel, const 
 void plain_gradient(plain_flow *flow) {
   STAMP(gradient_pairs, flow);
   const int dim = flow->dim;
-  for (int32_t i = 0; i < flow->n; i++) {
+  for (int32_t i = 0; i < flow->fluid.n; i++) {
     const double *s = flow->sums + (int64_t)i * SUMS(dim);
     flow->divergence[i] = s[0];
     if (dim == 2)
@@ -340,7 +396,7 @@ void plain_gradient(plain_flow *flow) {
 void plain_rates(plain_flow *flow) {
   STAMP(rates_pairs, flow);
   const int dim = flow->dim;
-  for (int32_t i = 0; i < flow->n; i++) {
+  for (int32_t i = 0; i < flow->fluid.n; i++) {
     const double *s = flow->sums + (int64_t)i * SUMS(dim);
     double *a = flow->acceleration + i * dim;
     for (int d = 0; d < dim; d++) a[d] = s[d] / flow->rho[i];
@@ -354,7 +410,7 @@ void plain_rates(plain_flow *flow) {
 void plain_convective(plain_flow *flow) {
   STAMP(convective_pairs, flow);
   const int dim = flow->dim;
-  for (int32_t i = 0; i < flow->n; i++) {
+  for (int32_t i = 0; i < flow->fluid.n; i++) {
     const double *s = flow->sums + (int64_t)i * SUMS(dim);
     double *a = flow->acceleration + i * dim;
     for (int d = 0; d < dim; d++) a[d] = s[d] / flow->rho[i];

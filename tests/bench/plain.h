@@ -1,5 +1,5 @@
 /* The loop that the library is measured against: delta-SPH as one would write it down first, in scalar
- * double over a list of neighbours, each pair visited once. */
+ * double over a list of neighbours, each pair of fluid visited once. */
 #ifndef PLAIN_H
 #define PLAIN_H
 
@@ -7,29 +7,41 @@
 
 typedef enum plain_kernel { PLAIN_GAUSSIAN, PLAIN_WENDLAND_C2 } plain_kernel;
 
-/* A fluid without walls. The caller fills everything down to `rho`; vectors are [n, dim]. */
-typedef struct plain_flow {
-  int dim;
+/* Vectors are [n, dim]. */
+typedef struct plain_points {
   int32_t n;
+  double *x, *v, *p, *volume;
+  int32_t *cell, *order, *first; /* of the list's cell grid; first lives while a list is built */
+} plain_points;
+
+/* Neighbours of particle i are near[start[i]] ... near[start[i + 1] - 1]. */
+typedef struct plain_neighbours {
+  int64_t *start; /* [n + 1] */
+  int32_t *near;
+  int64_t used, capacity;
+} plain_neighbours;
+
+/* A fluid and the ghosts of free-slip walls, which push it and take part in its divergence. */
+typedef struct plain_flow {
+  /* To be filled by the caller: numbers, the fluid's x and v, m, rho, and everything of the ghosts. */
+  int dim;
   plain_kernel kernel;
   double h, support, c0, rho0, delta, alpha, gravity;
-  double *x, *v, *m, *rho;
+  plain_points fluid, ghost;
+  double *m, *rho;
 
-  double *p, *volume;
-  int64_t *start; /* [n + 1] neighbours j > i of particle i are near[start[i]] ... */
-  int32_t *near;
-  int64_t capacity;
-  int32_t *cell, *order; /* of the list's cell grid */
-  double *sums;          /* [n, 10] sums of the pass in work */
+  plain_neighbours pairs;  /* fluid j > i */
+  plain_neighbours ghosts; /* of the fluid */
+  double *sums;            /* [n, 10] sums of the pass in work */
   double *gradient, *lambda, *divergence;
   double *acceleration, *density_rate; /* the result */
 } plain_flow;
 
-/* Allocates every array for n particles; 0 if there is no memory. */
-int plain_allocate(plain_flow *flow, int dim, int32_t n);
+/* Allocates every array; 0 if there is no memory. */
+int plain_allocate(plain_flow *flow, int dim, int32_t particles, int32_t ghosts);
 void plain_free(plain_flow *flow);
 
-/* Pressures and volumes from the densities. */
+/* The fluid's pressures and volumes from its densities. */
 void plain_state(plain_flow *flow);
 /* Finds the neighbours by a grid of cells as wide as the support; 0 if there is no memory. */
 int plain_list(plain_flow *flow);

@@ -1,5 +1,6 @@
 #include "records.h"
 
+#include <math.h>
 #include <sph/context.h>
 #include <sph/version.h>
 #include <stddef.h>
@@ -16,6 +17,7 @@ static const struct {
     NUMBER(particles),
     NUMBER(ghosts),
     NUMBER(neighbours),
+    NUMBER(ghost_neighbours),
     NUMBER(steps),
     NUMBER(evaluations_per_step),
     NUMBER(builds_per_step),
@@ -26,6 +28,7 @@ static const struct {
     NUMBER(boundary_ns),
     NUMBER(pairs_ns),
     NUMBER(update_ns),
+    NUMBER(observers_ns),
     NUMBER(other_ns),
     NUMBER(build_ns),
     NUMBER(plain_list_ns),
@@ -35,6 +38,9 @@ static const struct {
     NUMBER(step_to_pairs),
     NUMBER(speed_up),
     NUMBER(pairs_per_second),
+    NUMBER(flops),
+    NUMBER(peak_gflops),
+    NUMBER(peak_fraction),
     NUMBER(list_entries),
     NUMBER(bytes),
     NUMBER(bytes_peak),
@@ -134,7 +140,7 @@ static bool read_record(const char *line, record *r) {
     return false;
   for (int k = 0; k < NUMBERS; k++) {
     const char *value = value_of(line, numbers[k].key);
-    if (value) *number(r, k) = strtod(value, NULL);
+    *number(r, k) = value ? strtod(value, NULL) : NAN;
   }
   return r->step_ns > 0;
 }
@@ -172,6 +178,25 @@ static const record *find(const records *all, const record *like) {
   return NULL;
 }
 
+/* Ratio new/old of a step in terms of the plain loop; NaN if one has none, or one that knew no ghosts
+ * where the other's did. */
+static double ratio_by_plain(const record *old, const record *now) {
+  const bool same = isfinite(old->ghost_neighbours) == isfinite(now->ghost_neighbours);
+  if (!same || !(old->plain_pairs_ns > 0 && now->plain_pairs_ns > 0)) return NAN;
+  return now->step_ns / old->step_ns * (old->plain_pairs_ns / now->plain_pairs_ns);
+}
+
+/* Prints one line; true if the step became slower by more than the limit. */
+static bool compare(const record *old, const record *now, double limit) {
+  const double clock = now->step_ns / old->step_ns, plain = ratio_by_plain(old, now);
+  const bool slower = clock > 1 + limit && !(plain <= 1 + limit);
+  char text[16] = "-";
+  if (isfinite(plain)) snprintf(text, sizeof text, "%.3f", plain);
+  printf("%-15s %-10s %-8s %3.0f %9.1f %9.1f %7.3f %9s%s\n", now->name, now->stepper, now->isa,
+         now->threads, old->step_ns, now->step_ns, clock, text, slower ? "  SLOWER" : "");
+  return slower;
+}
+
 bool records_compare(const records *old, const records *now, double limit) {
   if (strcmp(old->cpu, now->cpu)) {
     fprintf(stderr, "the stored run is from another machine: \"%s\", this one is \"%s\"\n",
@@ -182,15 +207,10 @@ bool records_compare(const records *old, const records *now, double limit) {
   printf("%-15s %-10s %-8s %3s %9s %9s %7s %9s\n", "case", "stepper", "isa", "thr", "old step",
          "new step", "ratio", "by plain");
   for (int k = 0; k < now->count; k++) {
-    const record *n = &now->entry[k], *o = find(old, n);
-    if (!o) continue;
+    const record *before = find(old, &now->entry[k]);
+    if (!before) continue;
     common++;
-    const double clock = n->step_ns / o->step_ns;
-    const double plain = clock * (o->plain_pairs_ns / n->plain_pairs_ns);
-    const bool bad = clock > 1 + limit && plain > 1 + limit;
-    slower += bad;
-    printf("%-15s %-10s %-8s %3.0f %9.1f %9.1f %7.3f %9.3f%s\n", n->name, n->stepper, n->isa,
-           n->threads, o->step_ns, n->step_ns, clock, plain, bad ? "  SLOWER" : "");
+    slower += compare(before, &now->entry[k], limit);
   }
   printf("%d compared, %d slower by more than %.0f %%\n", common, slower, 100 * limit);
   if (common == 0) fprintf(stderr, "the two runs have no measurement in common\n");

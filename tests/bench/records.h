@@ -9,18 +9,24 @@
 enum { RECORDS_MOST = 256 };
 
 /* One flow with one scheme, instruction set and number of threads. Times are nanoseconds a particle
- * and force evaluation, step_ns a particle and step. */
+ * and force evaluation, step_ns a particle and step. NaN: a file that was read does not have it. */
 typedef struct record {
   char name[32], stepper[16], isa[16];
-  double threads, particles, ghosts, neighbours, steps, evaluations_per_step, builds_per_step;
-  double step_ns, evaluation_ns, search_ns, pack_ns, boundary_ns, pairs_ns, update_ns, other_ns;
+  double threads, particles, ghosts;
+  double neighbours, ghost_neighbours; /* a particle, within the support */
+  double steps, evaluations_per_step, builds_per_step;
+  double step_ns, evaluation_ns;
+  double search_ns, pack_ns, boundary_ns, pairs_ns, update_ns, observers_ns, other_ns;
   double build_ns;                      /* a particle and list build */
   double plain_list_ns, plain_pairs_ns; /* the plain loop: a list, and the same sums */
   double ratio_pairs;                   /* plain_pairs_ns / pairs_ns */
   double ratio_list;                    /* the same with lists on both sides, built equally often */
   double step_to_pairs;                 /* evaluation_ns / pairs_ns */
   double speed_up;                      /* over one thread; 0 if one thread was not measured */
-  double pairs_per_second, list_entries, bytes, bytes_peak, allocations_per_step;
+  double pairs_per_second;              /* neighbours, ghosts included, of an evaluation */
+  double flops;                         /* operations of the sums a particle and evaluation */
+  double peak_gflops, peak_fraction;    /* what the threads could do, and how much of it they do */
+  double list_entries, bytes, bytes_peak, allocations_per_step;
 } record;
 
 typedef struct records {
@@ -39,7 +45,8 @@ bool records_read(records *all, const char *path);
 
 /* Prints the ratios new/old of all that both have. False if the machines differ, if they have nothing
  * in common, or if a step became slower by more than `limit` (0.1: a tenth), both by the clock and
- * measured by the plain loop of the same run. */
+ * measured by the plain loop of the same run; by the clock alone where the two files' plain loops did
+ * not do the same. */
 bool records_compare(const records *old, const records *now, double limit);
 
 double machine_load(void);

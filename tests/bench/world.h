@@ -1,4 +1,4 @@
-/* The flows that are measured: collapsing columns of water, made through the public interface. */
+/* The flows that are measured, made through the public interface. */
 #ifndef WORLD_H
 #define WORLD_H
 
@@ -6,16 +6,26 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* A water column in the corner of a tank. */
+/* The time stepping schemes that are measured. */
+enum { SCHEMES = 2 };
+typedef struct scheme {
+  const char *name;
+  sph_stepper stepper;
+} scheme;
+extern const scheme schemes[SCHEMES];
+
+typedef struct basin basin; /* water in a tank, and how it starts */
+
 typedef struct flow_case {
   const char *name;
+  const basin *basin;
   int dim;
   sph_kernel_type kernel;
-  double spacing;  /* m */
-  double h_factor; /* h / spacing */
-  int warm_up;     /* steps before anything is measured */
-  int steps[2];    /* steps a repeat: rk4, symplectic */
-  bool usual;      /* measured unless --cases says otherwise */
+  double spacing;     /* m */
+  double h_factor;    /* h / spacing */
+  int warm_up;        /* steps before anything is measured */
+  int steps[SCHEMES]; /* steps a repeat */
+  bool usual;         /* measured unless --cases says otherwise */
 } flow_case;
 
 extern const flow_case flow_cases[];
@@ -27,6 +37,12 @@ typedef struct state {
   int32_t n;
   double *x, *v, *rho, *m;
 } state;
+
+/* Ghosts that act on the fluid, as the last evaluation had them. */
+typedef struct ghosts {
+  int32_t n;
+  double *x, *v, *p, *volume;
+} ghosts;
 
 /* Memory that the library holds. */
 typedef struct memory {
@@ -43,13 +59,18 @@ typedef struct world {
   sph_interpolator *interpolator;
   sph_boundary *boundary;
   sph_integrator *flow;
+  sph_probe *mark, *gauge;
+  double marked; /* when the gauge began its sample */
+  double
+      seconds_observers; /* the gauge's own, without the lists and records that the next step uses */
 } world;
 
 /* On failure says what the library says and ends the program. */
 #define OK(world, call) world_check(call, (world)->context, #call)
 void world_check(sph_status status, const sph_context *context, const char *call);
 
-/* A flow at its start, or where `from` is (NULL: at its start). */
+/* A flow at its start, or where `from` is (NULL: at its start), with a pressure gauge on the wall that
+ * samples every step. */
 void world_open(world *w, const flow_case *of, sph_isa isa, int threads, sph_stepper stepper,
                 const state *from);
 void world_close(world *w);
@@ -57,10 +78,10 @@ void world_close(world *w);
 void world_step(world *w, int steps);
 void world_read(const world *w, state *s);
 void state_free(state *s);
+void world_read_ghosts(const world *w, ghosts *g);
+void ghosts_free(ghosts *g);
 
-/* True where no ghost acts: farther than the support from every wall. */
-bool world_is_free(const flow_case *of, const double *x);
-double world_sound_speed(void);
+double world_sound_speed(const flow_case *of);
 
 /* Memory for n numbers, or the end of the program. */
 double *numbers_new(int64_t n);
