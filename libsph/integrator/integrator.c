@@ -223,8 +223,9 @@ sph_status sphi_integrator_build(sph_integrator *flow, double radius) {
                              particles->name));
   sphi_particles_permute(particles, flow->columns.order);
   for (int32_t k = 0; k < n; k++) flow->columns.order[k] = k;
+  /* Clusters are cut short where particles are sparse, not where a column is merely narrow. */
   SPH_TRY(sphi_clusters_build(context, &flow->clusters, &flow->columns, &flow->frame, x,
-                              flow->variant->lanes, flow->kernel->support));
+                              flow->variant->lanes, 2 * flow->kernel->support));
   const double sorted = sphi_seconds();
   flow->stats.seconds_sort += sorted - begin;
   SPH_TRY(

@@ -138,9 +138,29 @@ SPHI_INLINE pair_units pair_constants_set(pair_constants *c, const int view,
   c->norm_g = (real)kernel->norm_g;
   c->radius2 = (real)(support * support);
   c->per_metre = (real)(1 / length);
-  c->prune2 = (real)(sweep->prune / length * (sweep->prune / length));
+  const double prune = sweep->prune > 0 ? sweep->prune / length : HUGE_VAL;
+  c->prune2 = (real)(prune * prune);
   c->lanes = sphi_kernel_lanes_of(kernel);
   return (pair_units){length, bare ? kernel->norm_g : 1};
+}
+
+/* `count` lanes from an array of doubles, the others `rest`. */
+SPHI_INLINE vreal lanes_load(const double *from, int32_t count, real rest) {
+  typedef double vdouble __attribute__((vector_size(sizeof(double) * SPHI_LANES)));
+  vdouble x;
+  if (count == SPHI_LANES)
+    memcpy(&x, from, sizeof x);
+  else
+    for (int l = 0; l < SPHI_LANES; l++) x[l] = l < count ? from[l] : (double)rest;
+  return __builtin_convertvector(x, vreal);
+}
+
+/* The first `count` lanes into an array. */
+SPHI_INLINE void lanes_store(real *restrict to, int32_t count, vreal x) {
+  if (count == SPHI_LANES)
+    memcpy(to, &x, sizeof x);
+  else
+    for (int32_t l = 0; l < count; l++) to[l] = x[l];
 }
 
 /* Lanes of one value of consecutive records; lanes past the cluster's end read the padding. */

@@ -40,7 +40,7 @@ OP_ENDS(3)
 
 /* The first `near` of a cluster's sources are those that a loop visits. A pruning one visits all and
  * leaves in front, in their order, those within reach of a target; the far ones wait aside. */
-enum { PRUNE_ROOM = 1024 };
+enum { PRUNE_ROOM = 256 };
 
 SPHI_INLINE void op_sources(const int kernel, const int dim, const int view, const bool second,
                             const bool prune, const op_arguments *a,

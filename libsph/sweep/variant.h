@@ -20,7 +20,8 @@ typedef struct sphi_sweep {
     const sphi_list *list; /* NULL: no second sources */
     const void *record;
   } source[2];
-  double prune; /* [m] operators that prune lists leave in front what is within it of a target */
+  double
+      prune; /* [m] operators that prune lists leave in front what is within it of a target; 0: all */
   const int32_t *subset; /* NULL: all clusters; else the numbers of those to do */
   int32_t subset_count;
 } sphi_sweep;

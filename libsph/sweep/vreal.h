@@ -35,6 +35,14 @@ typedef int64_t real_int;
 typedef float real;
 typedef int32_t real_int;
 #endif
+/* Where one register holds the float lanes, intrinsics say what vector extensions cannot. */
+#if !SPHI_DOUBLE && SPHI_LANES == 16 && defined(__AVX512F__)
+#define SPHI_FLOAT16 1
+#elif !SPHI_DOUBLE && SPHI_LANES == 8 && defined(__AVX__)
+#define SPHI_FLOAT8 1
+#elif !SPHI_DOUBLE && SPHI_LANES == 4 && defined(__SSE2__)
+#define SPHI_FLOAT4 1
+#endif
 typedef real vreal __attribute__((vector_size(sizeof(real) * SPHI_LANES)));
 typedef real_int vint __attribute__((vector_size(sizeof(real) * SPHI_LANES)));
 
@@ -50,24 +58,26 @@ SPHI_INLINE vreal v_select(vint mask, vreal yes, vreal no) {
 
 /* max(x, 0); not-a-number stays. */
 SPHI_INLINE vreal v_positive(vreal x) {
-#if defined(__AVX512F__) && !SPHI_DOUBLE && SPHI_LANES == 16
+#if SPHI_FLOAT16
   return (vreal)_mm512_max_ps(_mm512_setzero_ps(), (__m512)x);
-#elif defined(__AVX__) && !SPHI_DOUBLE && SPHI_LANES == 8
+#elif SPHI_FLOAT8
   return (vreal)_mm256_max_ps(_mm256_setzero_ps(), (__m256)x);
-#elif defined(__SSE2__) && !SPHI_DOUBLE && SPHI_LANES == 4
+#elif SPHI_FLOAT4
   return (vreal)_mm_max_ps(_mm_setzero_ps(), (__m128)x);
 #else
   return v_where(~(x <= 0), x);
 #endif
 }
 
+SPHI_INLINE vreal v_abs(vreal x) { return v_select(x < 0, -x, x); }
+
 /* True if any lane is below the limit. */
 SPHI_INLINE bool v_any_below(vreal x, real limit) {
-#if defined(__AVX512F__) && !SPHI_DOUBLE && SPHI_LANES == 16
+#if SPHI_FLOAT16
   return _mm512_cmp_ps_mask((__m512)x, _mm512_set1_ps(limit), _CMP_LT_OQ) != 0;
-#elif defined(__AVX__) && !SPHI_DOUBLE && SPHI_LANES == 8
+#elif SPHI_FLOAT8
   return _mm256_movemask_ps((__m256)(x < limit)) != 0;
-#elif defined(__SSE2__) && !SPHI_DOUBLE && SPHI_LANES == 4
+#elif SPHI_FLOAT4
   return _mm_movemask_ps((__m128)(x < limit)) != 0;
 #else
   bool any = false;
@@ -84,16 +94,16 @@ SPHI_INLINE vreal v_sqrt(vreal x) {
 
 /* 1/x for normal x. Float: by an estimate and one step of Newton's method, relative error 2e-7. */
 SPHI_INLINE vreal v_reciprocal(vreal x) {
-#if SPHI_DOUBLE || !defined(__SSE2__)
-  return 1 / x;
-#else
-#if defined(__AVX512F__)
+#if SPHI_FLOAT16
   const vreal y = (vreal)_mm512_rcp14_ps((__m512)x);
-#elif defined(__AVX__)
+#elif SPHI_FLOAT8
   const vreal y = (vreal)_mm256_rcp_ps((__m256)x);
-#else
+#elif SPHI_FLOAT4
   const vreal y = (vreal)_mm_rcp_ps((__m128)x);
+#else
+  return 1 / x;
 #endif
+#if SPHI_FLOAT16 || SPHI_FLOAT8 || SPHI_FLOAT4
   return y + y * (1 - x * y);
 #endif
 }

@@ -71,13 +71,14 @@ SPHI_INLINE void op_metres(const int dim, const pair_units *units, op_sums *s) {
   for (int k = 0; k < (dim == 2 ? 3 : 6); k++) s->m[k] *= twice;
 }
 
-/* Smallest eigenvalue of a symmetric matrix {xx yy xy}. */
-static double smallest_eigenvalue_2(const double m[3]) {
-  return 0.5 * (m[0] + m[1]) - sqrt(0.25 * (m[0] - m[1]) * (m[0] - m[1]) + m[2] * m[2]);
+/* Smallest eigenvalue of {xx yy xy}. */
+SPHI_INLINE vreal smallest_eigenvalue_2(const vreal m[3]) {
+  const vreal half = (real)0.5 * (m[0] - m[1]);
+  return (real)0.5 * (m[0] + m[1]) - v_sqrt(half * half + m[2] * m[2]);
 }
 
 /* Smallest eigenvalue of {xx yy zz xy xz yz} by the trigonometric solution of its cubic. */
-static double smallest_eigenvalue_3(const double m[6]) {
+static double exact_eigenvalue_3(const double m[6]) {
   const double mean = (m[0] + m[1] + m[2]) / 3;
   const double a = m[0] - mean, b = m[1] - mean, c = m[2] - mean;
   const double off = m[3] * m[3] + m[4] * m[4] + m[5] * m[5];
@@ -90,41 +91,56 @@ static double smallest_eigenvalue_3(const double m[6]) {
   return mean + 2 * p * cos(acos(cosine) / 3 + 2.0943951023931953);
 }
 
-static void solve_2(const double m[3], const double b[2], double g[2]) {
-  const double determinant = m[0] * m[1] - m[2] * m[2];
-  g[0] = (m[1] * b[0] - m[2] * b[1]) / determinant;
-  g[1] = (m[0] * b[1] - m[2] * b[0]) / determinant;
+/* The same, or a lower bound where that is above 1/2, by Gershgorin's circles: nobody asks what exactly
+ * it is in there, and the exact one is dear. */
+SPHI_INLINE vreal smallest_eigenvalue_3(const vreal m[6], int32_t count) {
+  const vreal xy = v_abs(m[3]), xz = v_abs(m[4]), yz = v_abs(m[5]);
+  const vreal x = m[0] - xy - xz, y = m[1] - xy - yz, z = m[2] - xz - yz;
+  const vreal xy_least = v_select(x < y, x, y);
+  vreal lambda = v_select(xy_least < z, xy_least, z);
+  if (!v_any_below(lambda, (real)0.5)) return lambda;
+  for (int32_t l = 0; l < count; l++) {
+    if (lambda[l] >= (real)0.5) continue;
+    double one[6];
+    for (int k = 0; k < 6; k++) one[k] = (double)m[k][l];
+    lambda[l] = (real)exact_eigenvalue_3(one);
+  }
+  return lambda;
 }
 
-static void solve_3(const double m[6], const double b[3], double g[3]) {
-  const double c00 = m[1] * m[2] - m[5] * m[5], c01 = m[4] * m[5] - m[3] * m[2];
-  const double c02 = m[3] * m[5] - m[1] * m[4], c11 = m[0] * m[2] - m[4] * m[4];
-  const double c12 = m[3] * m[4] - m[0] * m[5], c22 = m[0] * m[1] - m[3] * m[3];
-  const double determinant = m[0] * c00 + m[3] * c01 + m[4] * c02;
-  g[0] = (c00 * b[0] + c01 * b[1] + c02 * b[2]) / determinant;
-  g[1] = (c01 * b[0] + c11 * b[1] + c12 * b[2]) / determinant;
-  g[2] = (c02 * b[0] + c12 * b[1] + c22 * b[2]) / determinant;
+SPHI_INLINE void solve_2(const vreal m[3], const vreal b[2], vreal g[2]) {
+  const vreal over = 1 / (m[0] * m[1] - m[2] * m[2]);
+  g[0] = over * (m[1] * b[0] - m[2] * b[1]);
+  g[1] = over * (m[0] * b[1] - m[2] * b[0]);
+}
+
+SPHI_INLINE void solve_3(const vreal m[6], const vreal b[3], vreal g[3]) {
+  const vreal c00 = m[1] * m[2] - m[5] * m[5], c01 = m[4] * m[5] - m[3] * m[2];
+  const vreal c02 = m[3] * m[5] - m[1] * m[4], c11 = m[0] * m[2] - m[4] * m[4];
+  const vreal c12 = m[3] * m[4] - m[0] * m[5], c22 = m[0] * m[1] - m[3] * m[3];
+  const vreal over = 1 / (m[0] * c00 + m[3] * c01 + m[4] * c02);
+  g[0] = over * (c00 * b[0] + c01 * b[1] + c02 * b[2]);
+  g[1] = over * (c01 * b[0] + c11 * b[1] + c12 * b[2]);
+  g[2] = over * (c02 * b[0] + c12 * b[1] + c22 * b[2]);
 }
 
 SPHI_INLINE void op_store(const op_arguments *a, const int dim, int32_t first, int32_t count,
                           const op_targets *t, const op_sums *s) {
   (void)t;
-  for (int32_t l = 0; l < count; l++) {
-    ((real *)a->divergence)[first + l] = s->divergence[l];
-    double m[6], b[3], g[3] = {0, 0, 0};
-    for (int k = 0; k < (dim == 2 ? 3 : 6); k++) m[k] = -(double)s->m[k][l];
-    for (int d = 0; d < dim; d++) b[d] = (double)s->b[d][l];
-    const double lambda = dim == 2 ? smallest_eigenvalue_2(m) : smallest_eigenvalue_3(m);
-    if (a->lambda) ((real *)a->lambda)[first + l] = (real)lambda;
-    if (!a->record) continue;
-    if (lambda >= a->lambda_min) {
-      if (dim == 2)
-        solve_2(m, b, g);
-      else
-        solve_3(m, b, g);
-    }
-    real *record = (real *)a->record + (int64_t)(first + l) * SPHI_RECORD(dim) + SPHI_RECORD_G(dim);
-    for (int d = 0; d < dim; d++) record[d] = (real)g[d];
+  vreal m[6], g[3];
+  for (int k = 0; k < (dim == 2 ? 3 : 6); k++) m[k] = -s->m[k];
+  const vreal lambda = dim == 2 ? smallest_eigenvalue_2(m) : smallest_eigenvalue_3(m, count);
+  lanes_store((real *)a->divergence + first, count, s->divergence);
+  if (a->lambda) lanes_store((real *)a->lambda + first, count, lambda);
+  if (!a->record) return;
+  if (dim == 2)
+    solve_2(m, s->b, g);
+  else
+    solve_3(m, s->b, g);
+  real *record = (real *)a->record + (int64_t)first * SPHI_RECORD(dim) + SPHI_RECORD_G(dim);
+  for (int d = 0; d < dim; d++) {
+    g[d] = v_where(lambda >= (real)a->lambda_min, g[d]);
+    for (int32_t l = 0; l < count; l++) record[l * SPHI_RECORD(dim) + d] = g[d][l];
   }
 }
 

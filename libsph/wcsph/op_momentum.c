@@ -95,19 +95,14 @@ SPHI_INLINE void op_store(const op_arguments *a, const int dim, int32_t first, i
   for (int d = 0; d < dim; d++) {
     const vreal pressure = -over_rho * s->pressure[d], viscous = -viscosity * s->viscous[d];
     const vreal both = a->viscous[d] ? pressure : pressure + viscous;
-    real *restrict acceleration = (real *)a->acceleration[d] + first;
-    for (int32_t l = 0; l < count; l++) acceleration[l] = both[l];
-    if (!a->viscous[d]) continue;
-    real *restrict apart = (real *)a->viscous[d] + first;
-    for (int32_t l = 0; l < count; l++) apart[l] = viscous[l];
+    lanes_store((real *)a->acceleration[d] + first, count, both);
+    if (a->viscous[d]) lanes_store((real *)a->viscous[d] + first, count, viscous);
   }
   if (!a->diffusion) return;
-  const vreal diffusion = -(real)a->delta * s->diffusion;
-  for (int32_t l = 0; l < count; l++) {
-    const bool supported =
-        !a->lambda || ((const real *)a->lambda)[first + l] >= (real)a->lambda_min;
-    ((real *)a->diffusion)[first + l] = supported ? diffusion[l] : 0;
-  }
+  vreal diffusion = -(real)a->delta * s->diffusion;
+  for (int32_t l = 0; l < count && a->lambda; l++)
+    if (((const real *)a->lambda)[first + l] < (real)a->lambda_min) diffusion[l] = 0;
+  lanes_store((real *)a->diffusion + first, count, diffusion);
 }
 
 #include "sweep/pair_loop.inc.c"

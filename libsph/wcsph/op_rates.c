@@ -60,13 +60,9 @@ SPHI_INLINE void op_store(const op_arguments *a, const int dim, int32_t first, i
                           const op_targets *t, const op_sums *s) {
   (void)t;
   const vreal over_rho = over_density(dim, a->record, a->m, first, count);
-  for (int d = 0; d < dim; d++) {
-    const vreal pressure = -over_rho * s->pressure[d];
-    real *restrict acceleration = (real *)a->acceleration[d] + first;
-    for (int32_t l = 0; l < count; l++) acceleration[l] = pressure[l];
-  }
-  real *restrict divergence = (real *)a->divergence + first;
-  for (int32_t l = 0; l < count; l++) divergence[l] = s->divergence[l];
+  for (int d = 0; d < dim; d++)
+    lanes_store((real *)a->acceleration[d] + first, count, -over_rho * s->pressure[d]);
+  lanes_store((real *)a->divergence + first, count, s->divergence);
 }
 
 #include "sweep/pair_loop.inc.c"

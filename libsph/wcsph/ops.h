@@ -25,9 +25,7 @@ SPHI_INLINE vreal over_density(const int dim, const void *record, const double *
                                int32_t count) {
   const int stride = SPHI_RECORD(dim);
   const real *volume = (const real *)record + (int64_t)first * stride + SPHI_RECORD_V(dim);
-  vreal mass = v_set(1);
-  for (int32_t l = 0; l < count; l++) mass[l] = (real)m[first + l];
-  return pair_lanes(volume, stride, 0) / mass;
+  return pair_lanes(volume, stride, 0) / lanes_load(m + first, count, 1);
 }
 #endif
 
