@@ -310,6 +310,9 @@ static void stats_grow(void) {
     SPH_TEST_CLOSE(now.time, before.time + now.dt, 1e-14, 0);
     CU_ASSERT(now.evaluations > before.evaluations);
     CU_ASSERT(now.builds >= before.builds && now.builds >= 1 && now.contacts >= before.contacts);
+    /* At least a particle's own pair, in every evaluation. */
+    CU_ASSERT(now.pairs - before.pairs >=
+              sph_particles_count(w.water) * (now.evaluations - before.evaluations));
     CU_ASSERT(now.list_entries > 0 && now.max_speed > 0 && now.max_acceleration > 0);
     CU_ASSERT(now.seconds_sort >= before.seconds_sort &&
               now.seconds_search >= before.seconds_search &&

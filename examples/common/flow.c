@@ -73,6 +73,11 @@ void example_summary_flow(example_summary *summary, const example_flow *f, doubl
   example_summary_number(summary, "time_end_s", stats.time);
   example_summary_number(summary, "wall_seconds", wall_seconds);
   example_summary_number(summary, "ns_per_particle_step", 1e9 * wall_seconds / work);
+  example_summary_number(summary, "pairs_per_second", (double)stats.pairs / stats.seconds_pairs);
+  example_summary_number(summary, "pair_seconds", stats.seconds_pairs);
+  example_summary_number(summary, "ghost_seconds", stats.seconds_boundary);
+  example_summary_number(summary, "list_seconds", stats.seconds_sort + stats.seconds_search);
+  example_summary_number(summary, "update_seconds", stats.seconds_update + stats.seconds_pack);
   example_summary_number(summary, "probe_seconds", stats.seconds_observers);
   example_summary_integer(summary, "threads", sph_context_get_threads(context));
   example_summary_text(summary, "isa", sph_isa_name(sph_context_get_isa(context)));

@@ -28,22 +28,24 @@ typedef enum sph_limiter {
 /** Where the time goes, and what the last step was like. Sums since the integrator was created. */
 typedef struct sph_integrator_stats {
   int64_t steps;
-  double time;             /**< s */
-  double dt;               /**< last step [s] */
-  sph_limiter limiter;     /**< of the last step */
-  int64_t evaluations;     /**< force evaluations */
-  int64_t builds;          /**< neighbour lists built */
-  int64_t list_entries;    /**< of the fluid's lists now: candidates, a cluster of targets each */
-  int64_t contacts;        /**< times a particle that touched a wall was stopped from entering it */
-  double max_speed;        /**< m/s, at the end of the last step */
-  double max_acceleration; /**< m/s^2 */
-  double seconds_sort;     /**< particles sorted: columns, storage order, clusters */
-  double seconds_search;   /**< lists; walls that move are sorted for theirs */
-  double seconds_pack;     /**< equation of state and records */
-  double seconds_boundary; /**< ghosts: interpolation and assignment */
-  double seconds_pairs;    /**< sums over pairs */
-  double seconds_update;   /**< new positions, velocities, densities; checks */
-  double seconds_observers; /**< probes that sample every step */
+  double time;          /**< s */
+  double dt;            /**< last step [s] */
+  sph_limiter limiter;  /**< of the last step */
+  int64_t evaluations;  /**< force evaluations */
+  int64_t builds;       /**< neighbour lists built */
+  int64_t list_entries; /**< of the fluid's lists now: candidates, a cluster of targets each */
+  int64_t pairs;    /**< of particles with neighbours or ghosts that sums have gone through, also
+                              those that the lists hold beyond the support */
+  int64_t contacts; /**< times a particle that touched a wall was stopped from entering it */
+  double max_speed; /**< m/s, at the end of the last step */
+  double max_acceleration;  /**< m/s^2 */
+  double seconds_sort;      /**< particles sorted: columns, storage order, clusters */
+  double seconds_search;    /**< lists; walls that move are sorted for theirs */
+  double seconds_pack;      /**< equation of state and records */
+  double seconds_boundary;  /**< ghosts: interpolation and assignment */
+  double seconds_pairs;     /**< sums over pairs; pairs / seconds_pairs is their rate */
+  double seconds_update;    /**< new positions, velocities, densities; checks */
+  double seconds_observers; /**< probes that sample every step; lists they ask for count above */
 } sph_integrator_stats;
 
 /** Release the caller's reference and set *integrator to NULL. NULL is allowed.

@@ -53,6 +53,16 @@ void sphi_sweep_run(sph_context *context, const sphi_variant *variant, int opera
   }
 }
 
+int64_t sphi_sweep_pairs(const sphi_sweep *sweep) {
+  int64_t sum = 0;
+  for (int s = 0; s < 2; s++) {
+    const sphi_list *list = sweep->source[s].list;
+    for (int32_t c = 0; list && c < sweep->targets->n; c++)
+      sum += (int64_t)list->entry[c].near * sweep->targets->count[c];
+  }
+  return sum;
+}
+
 void sphi_pack_run(sph_context *context, const sphi_variant *variant, const sphi_pack *pack) {
   (void)context; /* without OpenMP nobody asks it for its threads */
   enum { POINTS = 1024 };

@@ -111,6 +111,8 @@ const sphi_variant *sphi_variant_reference(void);
 /* Runs an operator over all clusters with the context's threads. */
 void sphi_sweep_run(sph_context *context, const sphi_variant *variant, int operator_index,
                     const sphi_sweep *sweep, const void *arguments);
+/* Pairs of a target and a source that the sweep's lists hold. */
+int64_t sphi_sweep_pairs(const sphi_sweep *sweep);
 void sphi_pack_run(sph_context *context, const sphi_variant *variant, const sphi_pack *pack);
 
 /* Layout of a fluid record, which every interpolator can read too: x[dim] V f0 f[dim] d g[dim], with

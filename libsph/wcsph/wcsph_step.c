@@ -109,6 +109,7 @@ static void run(sph_integrator *flow, int operator_index, const void *arguments)
     sweep.source[1].record = w->boundary->record;
   }
   sphi_sweep_run(flow->context, flow->variant, operator_index, &sweep, arguments);
+  flow->stats.pairs += sphi_sweep_pairs(&sweep);
   flow->stats.seconds_pairs += sphi_seconds() - begin;
 }
 

@@ -186,7 +186,7 @@ static reading read_clocks(const world *w) {
                                [BOUNDARY] = s.seconds_boundary,
                                [PAIRS] = s.seconds_pairs,
                                [UPDATE] = s.seconds_update,
-                               [OBSERVERS] = w->seconds_observers},
+                               [OBSERVERS] = s.seconds_observers},
                    .evaluations = s.evaluations,
                    .builds = s.builds,
                    .list_entries = s.list_entries};

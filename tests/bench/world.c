@@ -148,21 +148,12 @@ static void restore(world *w, const state *from) {
   OK(w, sph_particles_write(w->particles, SPH_MASS, from->m, n));
 }
 
-/* The gauge's first call for the flow of now makes lists and records that the next step finds ready; a
- * probe before it takes them upon itself and notes when it is done. */
-static void mark(const sph_integrator *flow, double *values, void *user) {
-  (void)flow;
-  values[0] = ((world *)user)->marked = clock_now();
-}
-
 /* Buchner's plate, but on the wet wall: from 0.115/0.6 to 0.205/0.6 of the water's height. */
 static void create_gauge(world *w) {
-  static const char *const names[] = {"clock"}, *const units[] = {"s"};
   const basin *in = w->of->basin;
   double below[3] = {0, in->width / 2, 0}, above[3] = {0, in->width / 2, 0};
   below[w->of->dim - 1] = 0.115 / 0.6 * in->height;
   above[w->of->dim - 1] = 0.205 / 0.6 * in->height;
-  OK(w, sph_probe_create_function(w->flow, 1, names, units, mark, w, &w->mark));
   OK(w, sph_probe_create_pressure_average(w->flow, below, above, 9, &w->gauge));
 }
 
@@ -202,7 +193,6 @@ void world_open(world *w, const flow_case *of, sph_isa isa, int threads, sph_ste
 
 void world_close(world *w) {
   sph_probe_destroy(&w->gauge);
-  sph_probe_destroy(&w->mark);
   sph_integrator_destroy(&w->flow);
   sph_boundary_destroy(&w->boundary);
   sph_interpolator_destroy(&w->interpolator);
@@ -213,10 +203,7 @@ void world_close(world *w) {
 }
 
 void world_step(world *w, int steps) {
-  for (int k = 0; k < steps; k++) {
-    OK(w, sph_integrator_step(w->flow));
-    w->seconds_observers += clock_now() - w->marked;
-  }
+  for (int k = 0; k < steps; k++) OK(w, sph_integrator_step(w->flow));
 }
 
 void world_read(const world *w, state *s) {

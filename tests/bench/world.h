@@ -59,10 +59,7 @@ typedef struct world {
   sph_interpolator *interpolator;
   sph_boundary *boundary;
   sph_integrator *flow;
-  sph_probe *mark, *gauge;
-  double marked; /* when the gauge began its sample */
-  double
-      seconds_observers; /* the gauge's own, without the lists and records that the next step uses */
+  sph_probe *gauge;
 } world;
 
 /* On failure says what the library says and ends the program. */
