@@ -83,7 +83,9 @@ static void check_ghosts(const sph_wall *wall, const sphi_ghost_points *p, doubl
   double worst_normal = 0, worst_radius = 0, worst_nearest = 0, worst_mirror = 0, worst_foot = 0;
   for (int64_t k = 0; k < p->n; k++) {
     const double *x = p->x + p->dim * k, *foot = p->foot + p->dim * k;
-    const double *mirror = p->mirror + p->dim * k, *normal = p->normal + p->dim * k;
+    const double *mirror = p->mirror + p->dim * k;
+    double normal[3];
+    sphi_ghost_normal(p, k, normal);
     const double s = gap(p->dim, x, foot);
     for (int d = 0; d < p->dim; d++)
       worst_normal = fmax(worst_normal, fabs(s * normal[d] - (x[d] - foot[d])));

@@ -18,7 +18,7 @@ enum {
 typedef struct sph_boundary_counts {
   int64_t ghosts;   /**< all of them */
   int64_t active;   /**< those that act on the fluid: sum of by_type */
-  int64_t inactive; /**< no fluid near the mirror point: the ghost takes no part */
+  int64_t inactive; /**< no fluid near the mirror point or the ghost: the ghost takes no part */
   int64_t
       thin; /**< of the active: kernel sum below the threshold, zero pressure and the wall's velocity */
   /** of the active: by the kind that gave their values, indexed by sph_interpolator_type; [0] the

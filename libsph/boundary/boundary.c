@@ -1,27 +1,29 @@
 /* Fixed ghost particles: creation, motion, and the assignment of mirrored values. */
 #include "boundary/boundary_impl.h"
 
+#include <stdlib.h>
+
+/* Bits of a coordinate along the curve that orders mirror points; below so many of them starting threads
+ * costs more than it gains. */
+enum { CURVE_BITS = 20, SERIAL = 2048 };
+
+/* In column widths: longest cluster of mirror points. */
+static const double CLUSTER_EXTENT = 2;
+
 void sphi_boundary_retain(sph_boundary *boundary) { boundary->references++; }
 
 static void free_arrays(sph_boundary *boundary) {
   sph_context *context = boundary->context;
   for (int d = 0; d < SPHI_MAX_DIM; d++) {
     sphi_free(context, boundary->x[d]);
-    sphi_free(context, boundary->v[d]);
-    boundary->x[d] = boundary->v[d] = NULL;
+    boundary->x[d] = NULL;
   }
-  sphi_free(context, boundary->p);
-  sphi_free(context, boundary->volume);
-  sphi_free(context, boundary->drag);
-  sphi_free(context, boundary->wall_pressure);
-  sphi_free(context, boundary->rung);
-  sphi_free(context, boundary->record);
+  sphi_free(context, boundary->order);
   sphi_free(context, boundary->place);
-  sphi_free(context, boundary->wet);
-  boundary->place = boundary->wet = NULL;
-  boundary->p = boundary->volume = boundary->drag = boundary->wall_pressure = NULL;
-  boundary->rung = NULL;
-  boundary->record = NULL;
+  sphi_free(context, boundary->near);
+  boundary->order = boundary->place = NULL;
+  boundary->near = NULL;
+  boundary->ordered = 0;
 }
 
 void sph_boundary_destroy(sph_boundary **boundary) {
@@ -31,6 +33,9 @@ void sph_boundary_destroy(sph_boundary **boundary) {
   if (--dead->references > 0) return;
   sph_context *context = dead->context;
   free_arrays(dead);
+  sphi_free(context, dead->chosen);
+  sphi_free(context, dead->wet);
+  sphi_free(context, dead->record);
   sphi_free(context, dead->wall_of);
   sphi_ghost_points_free(context, &dead->points);
   sphi_gather_free(context, &dead->mirrors);
@@ -51,6 +56,7 @@ static sph_status append_wall(sph_boundary *boundary, sph_wall *wall) {
             "boundary: at most %d walls, wall \"%s\" is one more", SPHI_MAX_WALLS,
             sphi_wall_name(wall));
   const int64_t before = boundary->points.n, skipped = boundary->points.skipped;
+  const int64_t gated = boundary->points.gated_count;
   sph_status status = sphi_wall_make_ghosts(
       wall, boundary->spacing, boundary->interpolator->kernel->support, &boundary->points);
   if (status == SPH_OK && boundary->points.n > INT32_MAX - 1024)
@@ -64,9 +70,11 @@ static sph_status append_wall(sph_boundary *boundary, sph_wall *wall) {
   if (status != SPH_OK) {
     boundary->points.n = before;
     boundary->points.skipped = skipped;
+    boundary->points.gated_count = gated;
     return status;
   }
-  for (int64_t k = before; k < boundary->points.n; k++) boundary->wall_of[k] = boundary->walls;
+  for (int64_t k = before; k < boundary->points.n; k++)
+    boundary->wall_of[k] = (uint8_t)boundary->walls;
   sphi_wall_retain(wall);
   boundary->wall[boundary->walls++] = wall;
   boundary->counts.ghosts = boundary->counts.inactive = boundary->points.n;
@@ -147,36 +155,94 @@ bool sphi_boundary_moves(const sph_boundary *boundary) {
   return false;
 }
 
-sph_status sphi_boundary_prepare(sph_boundary *boundary, const sphi_variant *variant) {
+/* Place along Hilbert's curve through cells, by the transposed form of Skilling (2004). */
+static uint64_t curve_place(const int dim, uint32_t *cell) {
+  const uint32_t top = 1u << (CURVE_BITS - 1);
+  for (uint32_t bit = top; bit > 1; bit >>= 1)
+    for (int d = 0; d < dim; d++) {
+      const uint32_t swapped = (cell[0] ^ cell[d]) & (bit - 1);
+      if (cell[d] & bit) {
+        cell[0] ^= bit - 1;
+      } else {
+        cell[0] ^= swapped;
+        cell[d] ^= swapped;
+      }
+    }
+  for (int d = 1; d < dim; d++) cell[d] ^= cell[d - 1];
+  uint32_t flip = 0;
+  for (uint32_t bit = top; bit > 1; bit >>= 1)
+    if (cell[dim - 1] & bit) flip ^= bit - 1;
+  uint64_t place = 0;
+  for (uint32_t bit = top; bit > 0; bit >>= 1)
+    for (int d = 0; d < dim; d++) place = place << 1 | ((cell[d] ^ flip) & bit ? 1 : 0);
+  return place;
+}
+
+typedef struct curve_point {
+  uint64_t place;
+  int32_t ghost;
+} curve_point;
+
+static int compare_places(const void *a, const void *b) {
+  const curve_point *p = a, *q = b;
+  if (p->place != q->place) return p->place < q->place ? -1 : 1;
+  return (p->ghost > q->ghost) - (p->ghost < q->ghost);
+}
+
+/* Ghosts whose mirror points follow each other closely, whichever of them are left out. */
+static sph_status find_order(sph_boundary *boundary) {
+  const sphi_ghost_points *points = &boundary->points;
+  const int dim = boundary->dim;
+  const int32_t n = (int32_t)points->n;
+  curve_point *along = SPHI_NEW(boundary->context, n, curve_point);
+  SPH_CHECK(boundary->context, along, SPH_E_MEMORY, "boundary: no memory for %d ghosts", n);
+  double lo[SPHI_MAX_DIM] = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
+  for (int32_t k = 0; k < n; k++)
+    for (int d = 0; d < dim; d++) lo[d] = fmin(lo[d], points->mirror[(int64_t)dim * k + d]);
+  for (int32_t k = 0; k < n; k++) {
+    uint32_t cell[SPHI_MAX_DIM];
+    for (int d = 0; d < dim; d++) {
+      /* Points that are a spacing apart from the first are in the middle of a fourth cell. */
+      const double at =
+          (points->mirror[(int64_t)dim * k + d] - lo[d]) / boundary->spacing * 4 + 0.5;
+      cell[d] = at < (1u << CURVE_BITS) ? (uint32_t)at : (1u << CURVE_BITS) - 1;
+    }
+    along[k] = (curve_point){curve_place(dim, cell), k};
+  }
+  qsort(along, (size_t)n, sizeof *along, compare_places);
+  for (int32_t k = 0; k < n; k++) boundary->order[k] = along[k].ghost;
+  sphi_free(boundary->context, along);
+  return SPH_OK;
+}
+
+sph_status sphi_boundary_prepare(sph_boundary *boundary) {
   sph_context *context = boundary->context;
   const int32_t n = (int32_t)boundary->points.n;
   const int dim = boundary->dim;
-  free_arrays(boundary);
-  bool ok = true;
-  for (int d = 0; d < dim; d++) {
-    boundary->x[d] = SPHI_NEW(context, n, double);
-    boundary->v[d] = SPHI_NEW(context, n, double);
-    ok = ok && boundary->x[d] && boundary->v[d];
-  }
-  boundary->p = SPHI_NEW(context, n, double);
-  boundary->volume = SPHI_NEW(context, n, double);
-  boundary->drag = SPHI_NEW(context, n, double);
-  boundary->wall_pressure = SPHI_NEW(context, n, double);
-  boundary->rung = SPHI_NEW(context, n, uint8_t);
-  boundary->place = SPHI_NEW(context, n, int32_t);
-  boundary->wet = SPHI_NEW(context, n, int32_t);
-  boundary->record =
-      sphi_alloc(context, ((size_t)n + SPHI_PAD) * (size_t)SPHI_GHOST(dim), variant->real_size);
-  ok = ok && boundary->p && boundary->volume && boundary->drag && boundary->wall_pressure &&
-       boundary->rung && boundary->record && boundary->place && boundary->wet;
-  if (!ok) {
+  boundary->wet_count = boundary->mirrors.n = 0;
+  if (boundary->ordered != n) {
     free_arrays(boundary);
-    return SPHI_ERROR(context, SPH_E_MEMORY, "boundary: no memory for %d ghosts", n);
+    bool ok = true;
+    for (int d = 0; d < dim; d++) {
+      boundary->x[d] = SPHI_NEW(context, n, double);
+      ok = ok && boundary->x[d];
+    }
+    boundary->order = SPHI_NEW(context, n, int32_t);
+    boundary->place = SPHI_NEW(context, n, int32_t);
+    boundary->near = SPHI_NEW(context, n, uint8_t);
+    ok = ok && boundary->order && boundary->place && boundary->near;
+    sph_status status = SPH_OK;
+    if (!ok)
+      status = SPHI_ERROR(context, SPH_E_MEMORY, "boundary: no memory for %d ghosts", n);
+    else
+      status = find_order(boundary);
+    if (status != SPH_OK) {
+      free_arrays(boundary);
+      return status;
+    }
+    boundary->ordered = n;
   }
-  for (int32_t k = 0; k < n; k++)
-    boundary->drag[k] = sphi_wall_no_slip(boundary->wall[boundary->wall_of[k]]) ? 1 : 0;
-  SPH_TRY(sphi_gather_reserve(context, &boundary->mirrors, boundary->interpolator, dim, n,
-                              variant->real_size));
+  for (int32_t k = 0; k < n; k++) boundary->place[k] = -1;
   boundary->in_use = true;
   return SPH_OK;
 }
@@ -188,143 +254,238 @@ sph_status sphi_boundary_place_walls(sph_boundary *boundary, double t) {
   return SPH_OK;
 }
 
+/* Present mirror points: wet[k] of the ghosts chosen[k], or of all wet ones. */
+static void place_mirrors(sph_boundary *boundary) {
+  const int dim = boundary->dim;
+  sphi_gather *mirrors = &boundary->mirrors;
+#pragma omp parallel for num_threads(boundary->context->threads) \
+    schedule(static) if (mirrors->n > SERIAL)
+  for (int32_t k = 0; k < mirrors->n; k++) {
+    const int64_t ghost = boundary->chosen[k];
+    const double *displacement = boundary->state[boundary->wall_of[ghost]].displacement;
+    for (int d = 0; d < dim; d++)
+      mirrors->x[d][k] = boundary->points.mirror[dim * ghost + d] + displacement[d];
+  }
+  mirrors->packed = false;
+}
+
 sph_status sphi_boundary_move(sph_boundary *boundary, double t) {
   const int dim = boundary->dim;
   SPH_TRY(sphi_boundary_place_walls(boundary, t));
   const int32_t n = (int32_t)boundary->points.n;
-  boundary->mirrors.packed = false;
-#pragma omp parallel for num_threads(boundary->context->threads) schedule(static)
+#pragma omp parallel for num_threads(boundary->context->threads) schedule(static) if (n > SERIAL)
   for (int32_t k = 0; k < n; k++) {
     const double *displacement = boundary->state[boundary->wall_of[k]].displacement;
-    for (int d = 0; d < dim; d++) {
+    for (int d = 0; d < dim; d++)
       boundary->x[d][k] = boundary->points.x[(int64_t)dim * k + d] + displacement[d];
-      boundary->mirrors.x[d][k] = boundary->points.mirror[(int64_t)dim * k + d] + displacement[d];
-    }
   }
+  place_mirrors(boundary);
+  boundary->moved = true;
   return SPH_OK;
 }
 
 sph_status sphi_boundary_sort(sph_boundary *boundary, const sphi_frame *frame,
                               const sphi_variant *variant) {
   const double width = sphi_column_width(boundary->dim, variant->lanes, boundary->spacing);
-  SPH_TRY(sphi_columns_build(boundary->context, &boundary->columns, frame, width,
-                             (int32_t)boundary->points.n, boundary->x, NULL, "boundary"));
-  return sphi_gather_sort(boundary->context, &boundary->mirrors, frame, variant, boundary->spacing,
-                          boundary->interpolator->kernel->support);
+  return sphi_columns_build(boundary->context, &boundary->columns, frame, width,
+                            (int32_t)boundary->points.n, boundary->x, NULL, "boundary");
 }
 
-/* Gates into the records: they do not change while a wall moves. */
-static void pack_gates(sph_boundary *boundary, const sphi_variant *variant) {
-  const int dim = boundary->dim, stride = SPHI_GHOST(dim), planes = SPHI_GATES(dim) * (dim + 1);
-  const sphi_ghost_points *points = &boundary->points;
-  for (int64_t k = 0; k < points->n; k++) {
-    const int64_t ghost = boundary->columns.order[k], at = k * stride + SPHI_GHOST_GATES(dim);
-    for (int c = 0; c <= planes; c++) {
-      const double value = c == 0 ? points->gates[ghost] : points->gate[ghost * planes + c - 1];
-      if (variant->is_double)
-        ((double *)boundary->record)[at + c] = value;
-      else
-        ((float *)boundary->record)[at + c] = (float)value;
+/* Chooses the ghosts that fluid lists, and those with a piece of wall to push on. */
+static sph_status choose(sph_boundary *boundary, const sphi_list *list) {
+  sph_context *context = boundary->context;
+  const int32_t n = (int32_t)boundary->points.n;
+  const int32_t *order = boundary->columns.order;
+  const double *area = boundary->points.area;
+  uint8_t *near = boundary->near;
+  int32_t count = 0;
+  boundary->wet_count = 0;
+  for (int32_t k = 0; k < n; k++) {
+    near[k] = area[k] > 0;
+    boundary->place[k] = -1;
+  }
+#pragma omp parallel for num_threads(context->threads) \
+    schedule(dynamic, 256) if (list->clusters > SERIAL)
+  for (int32_t c = 0; c < list->clusters; c++) {
+    const sphi_list_entry *entry = &list->entry[c];
+    const uint32_t *source = list->part[entry->part].source + entry->offset;
+    for (int32_t k = 0; k < entry->count; k++) {
+#pragma omp atomic write
+      near[order[source[k]]] = 1;
     }
   }
-}
-
-/* Records but for their gates, of all ghosts or of those in place[0..n-1]. */
-static void pack_records(sph_boundary *boundary, const sphi_frame *frame,
-                         const sphi_variant *variant, const int32_t *place, int32_t n) {
-  const int dim = boundary->dim;
-  sphi_pack pack = {.frame = frame,
-                    .n = n,
-                    .place = place,
-                    .stride = SPHI_GHOST(dim),
-                    .order = boundary->columns.order,
-                    .columns = dim + 3,
-                    .record = boundary->record};
-  pack.value[0] = boundary->volume;
-  pack.value[1] = boundary->p;
-  for (int d = 0; d < dim; d++) {
-    pack.x[d] = boundary->x[d];
-    pack.value[2 + d] = boundary->v[d];
-  }
-  pack.value[2 + dim] = boundary->drag;
-  sphi_pack_run(boundary->context, variant, &pack);
-}
-
-sph_status sphi_boundary_list(sph_boundary *boundary, const sphi_frame *frame,
-                              const sphi_variant *variant, const sphi_columns *fluid,
-                              double radius) {
-  SPH_TRY(sphi_gather_list(boundary->context, &boundary->mirrors, frame, boundary->interpolator,
-                           fluid, radius));
-  const int32_t n = (int32_t)boundary->points.n;
-  for (int32_t k = 0; k < n; k++) {
-    boundary->place[boundary->columns.order[k]] = k;
-    boundary->p[k] = boundary->wall_pressure[k] = boundary->volume[k] = 0;
-    boundary->rung[k] = 0;
-    for (int d = 0; d < boundary->dim; d++)
-      boundary->v[d][k] = boundary->state[boundary->wall_of[k]].velocity[d];
-  }
-  pack_records(boundary, frame, variant, NULL, n);
-  pack_gates(boundary, variant);
-  const sphi_clusters *wet = &boundary->mirrors.wet;
-  boundary->wet_count = 0;
-  for (int32_t c = 0; c < wet->n; c++)
-    for (int32_t k = wet->first[c]; k < wet->first[c] + wet->count[c]; k++)
-      boundary->wet[boundary->wet_count++] = boundary->place[boundary->mirrors.columns.order[k]];
+  for (int32_t k = 0; k < n; k++) count += near[k];
+  SPH_CHECK(context,
+            sphi_reserve(context, (void **)&boundary->chosen, &boundary->chosen_capacity, count,
+                         sizeof *boundary->chosen),
+            SPH_E_MEMORY, "boundary: no memory for %d ghosts", count);
+  SPH_TRY(sphi_gather_reserve_points(context, &boundary->mirrors, boundary->dim, count));
+  for (int32_t k = 0, at = 0; k < n; k++)
+    if (near[boundary->order[k]]) boundary->chosen[at++] = boundary->order[k];
   return SPH_OK;
 }
 
-/* Velocity and pressure of one ghost from the values at its mirror point, place k in their order. */
+/* Leaves in the fluid's list what is wet, by the places of the records. */
+static void list_wet(const sph_boundary *boundary, sphi_list *list) {
+  const int32_t *order = boundary->columns.order, *place = boundary->place;
+#pragma omp parallel for num_threads(boundary->context->threads) \
+    schedule(dynamic, 256) if (list->clusters > SERIAL)
+  for (int32_t c = 0; c < list->clusters; c++) {
+    sphi_list_entry *entry = &list->entry[c];
+    uint32_t *source = list->part[entry->part].source + entry->offset;
+    int32_t count = 0;
+    for (int32_t k = 0; k < entry->count; k++) {
+      const int32_t wet = place[order[source[k]]];
+      if (wet >= 0) source[count++] = (uint32_t)wet;
+    }
+    entry->count = entry->near = count;
+  }
+}
+
+/* A number into record `k` at `at`. */
+static inline void put_real(void *record, bool is_double, int64_t at, double value) {
+  if (is_double)
+    ((double *)record)[at] = value;
+  else
+    ((float *)record)[at] = (float)value;
+}
+
+/* Records of the gates of a ghost. */
+static int64_t gate_records(const sph_boundary *boundary, int64_t ghost) {
+  const int dim = boundary->dim, gates = boundary->points.gates[ghost];
+  return gates ? (gates * (dim + 1) + SPHI_GHOST(dim)) / SPHI_GHOST(dim) : 0;
+}
+
+/* What of the wet ghosts and their records does not change; the rest is as of dry ones. */
+static sph_status fill_wet(sph_boundary *boundary, const sphi_variant *variant) {
+  sph_context *context = boundary->context;
+  const sphi_ghost_points *points = &boundary->points;
+  const int dim = boundary->dim, stride = SPHI_GHOST(dim);
+  const int32_t n = boundary->mirrors.n;
+  int64_t records = (int64_t)n + SPHI_PAD;
+  for (int32_t k = 0; k < n; k++) records += gate_records(boundary, boundary->chosen[k]);
+  SPH_CHECK(context,
+            sphi_reserve(context, (void **)&boundary->wet, &boundary->wet_capacity,
+                         n <= boundary->wet_capacity ? n : (int64_t)n + n / 8 + 16,
+                         sizeof *boundary->wet) &&
+                sphi_reserve(context, &boundary->record, &boundary->record_capacity,
+                             records * stride <= boundary->record_capacity
+                                 ? records * stride
+                                 : (records + records / 8) * stride,
+                             variant->real_size),
+            SPH_E_MEMORY, "boundary: no memory for %d ghosts", n);
+  memset(boundary->record, 0, (size_t)boundary->record_capacity * variant->real_size);
+#pragma omp parallel for num_threads(context->threads) schedule(static) if (n > SERIAL)
+  for (int32_t k = 0; k < n; k++) {
+    const int64_t ghost = boundary->chosen[k];
+    const int wall = boundary->wall_of[ghost];
+    const bool drags = sphi_wall_no_slip(boundary->wall[wall]);
+    sphi_wet_ghost *wet = &boundary->wet[k];
+    *wet = (sphi_wet_ghost){.ghost = (int32_t)ghost,
+                            .wall = (uint8_t)wall,
+                            .reflects = points->vertex[ghost] || drags,
+                            .volume = points->volume[ghost]};
+    sphi_ghost_normal(points, ghost, wet->normal);
+    for (int d = 0; d < dim; d++) {
+      const int64_t at = dim * ghost + d;
+      wet->to_ghost[d] = points->x[at] - points->mirror[at];
+      wet->to_foot[d] = points->foot[at] - points->mirror[at];
+      wet->v[d] = boundary->state[wall].velocity[d];
+    }
+    put_real(boundary->record, variant->is_double, (int64_t)k * stride + SPHI_GHOST_S(dim), drags);
+    boundary->place[ghost] = k;
+  }
+  int64_t next = (int64_t)n + SPHI_PAD;
+  for (int32_t k = 0; k < n; k++) {
+    const int64_t ghost = boundary->chosen[k];
+    const int gates = points->gates[ghost];
+    if (!gates) continue;
+    const int32_t away = (int32_t)(next - k);
+    memcpy((char *)boundary->record +
+               (size_t)((int64_t)k * stride + SPHI_GHOST_GATES(dim)) * variant->real_size,
+           &away, sizeof away);
+    put_real(boundary->record, variant->is_double, next * stride, gates);
+    for (int g = 0; g < gates * (dim + 1); g++)
+      put_real(boundary->record, variant->is_double, next * stride + 1 + g,
+               sphi_ghost_gates(points, ghost)[g]);
+    next += gate_records(boundary, ghost);
+  }
+  boundary->wet_count = n;
+  boundary->moved = true;
+  return SPH_OK;
+}
+
+sph_status sphi_boundary_list(sph_boundary *boundary, const sphi_frame *frame,
+                              const sphi_variant *variant, const sphi_columns *fluid, double radius,
+                              sphi_list *near) {
+  sph_context *context = boundary->context;
+  SPH_TRY(choose(boundary, near));
+  place_mirrors(boundary);
+  SPH_TRY(sphi_gather_cut(
+      context, &boundary->mirrors, frame, variant,
+      CLUSTER_EXTENT * sphi_column_width(boundary->dim, variant->lanes, boundary->spacing)));
+  SPH_TRY(sphi_gather_list_wet(context, &boundary->mirrors, frame, boundary->interpolator, fluid,
+                               radius, variant, boundary->chosen));
+  SPH_TRY(fill_wet(boundary, variant));
+  list_wet(boundary, near);
+  return SPH_OK;
+}
+
+/* Velocity and pressure of wet ghost k from the values at its mirror point. */
 static inline __attribute__((always_inline)) void assign(sph_boundary *boundary, const int dim,
-                                                         int32_t ghost, int32_t k,
-                                                         const sphi_body_force *force, double t,
-                                                         double rho0) {
+                                                         int32_t k, const sphi_body_force *force,
+                                                         double t, double rho0) {
   const sphi_interpolation *work = &boundary->mirrors.work;
-  const sphi_wall_state *wall = &boundary->state[boundary->wall_of[ghost]];
-  const double *foot = boundary->points.foot + (int64_t)dim * ghost;
-  const double *normal = boundary->points.normal + (int64_t)dim * ghost;
+  sphi_wet_ghost *ghost = &boundary->wet[k];
+  const sphi_wall_state *wall = &boundary->state[ghost->wall];
   const bool dry = work->rung[k] == 0, thin = work->gamma[k] < boundary->thin;
-  boundary->rung[ghost] = work->rung[k];
-  boundary->volume[ghost] = dry ? 0 : boundary->points.volume[ghost];
-  double at[SPHI_MAX_DIM], f[SPHI_MAX_DIM] = {0};
-  for (int d = 0; d < dim; d++) at[d] = foot[d] + wall->displacement[d];
-  if (force->function) force->function(t, at, f, force->user);
+  double f[SPHI_MAX_DIM] = {0};
+  if (force->function) {
+    double at[SPHI_MAX_DIM];
+    for (int d = 0; d < dim; d++) at[d] = boundary->mirrors.x[d][k] + ghost->to_foot[d];
+    force->function(t, at, f, force->user);
+  }
   double p = work->value[k], p_wall = p, across = 0;
   for (int d = 0; d < dim; d++) {
     const double push = rho0 * (force->constant[d] + f[d] - wall->acceleration[d]);
     /* The interpolated values belong to the point that the weights average: x_m + I[x - x_m]. */
-    const double from = boundary->mirrors.x[d][ghost] + work->moment[(int64_t)d * work->n + k];
-    p += push * (boundary->x[d][ghost] - from);
-    p_wall += push * (at[d] - from);
-    across += (work->value[(int64_t)(1 + d) * work->n + k] - wall->velocity[d]) * normal[d];
+    const double from = work->moment[(int64_t)d * work->n + k];
+    p += push * (ghost->to_ghost[d] - from);
+    p_wall += push * (ghost->to_foot[d] - from);
+    across += (work->value[(int64_t)(1 + d) * work->n + k] - wall->velocity[d]) * ghost->normal[d];
   }
   if (thin || dry) p = p_wall = 0;
   if (boundary->no_suction && p < 0) p = 0;
   if (boundary->no_suction && p_wall < 0) p_wall = 0;
-  boundary->p[ghost] = p;
-  boundary->wall_pressure[ghost] = p_wall;
-  const bool both = boundary->points.vertex[ghost] || boundary->drag[ghost] > 0;
+  ghost->rung = work->rung[k];
+  ghost->p = p;
+  ghost->wall_pressure = p_wall;
   for (int d = 0; d < dim; d++) {
     const double u = work->value[(int64_t)(1 + d) * work->n + k];
-    boundary->v[d][ghost] = thin || dry ? wall->velocity[d]
-                            : both      ? 2 * wall->velocity[d] - u
-                                        : u - 2 * across * normal[d];
+    ghost->v[d] = thin || dry       ? wall->velocity[d]
+                  : ghost->reflects ? 2 * wall->velocity[d] - u
+                                    : u - 2 * across * ghost->normal[d];
   }
 }
 
-static void count_rungs(sph_boundary *boundary) {
-  sph_boundary_counts counts = {.ghosts = boundary->points.n, .skipped = boundary->points.skipped};
-  const sphi_interpolation *work = &boundary->mirrors.work;
-  const sphi_clusters *wet = &boundary->mirrors.wet;
-  for (int32_t c = 0; c < wet->n; c++) {
-    for (int32_t k = wet->first[c]; k < wet->first[c] + wet->count[c]; k++) {
-      counts.by_type[work->rung[k]]++;
-      counts.active += work->rung[k] != 0;
-      counts.thin += work->rung[k] != 0 && work->gamma[k] < boundary->thin;
-    }
+/* The record of wet ghost k but for what does not change. */
+static inline __attribute__((always_inline)) void pack(const sph_boundary *boundary, const int dim,
+                                                       const bool is_double,
+                                                       const sphi_frame *frame, int32_t k) {
+  const sphi_wet_ghost *ghost = &boundary->wet[k];
+  const int64_t at = (int64_t)k * SPHI_GHOST(dim);
+  for (int d = 0; d < dim && boundary->moved; d++) {
+    const double x = boundary->x[d][ghost->ghost];
+    const uint32_t fixed = is_double ? 0 : sphi_frame_fix(frame, d, x);
+    if (is_double)
+      ((double *)boundary->record)[at + d] = x;
+    else
+      memcpy((float *)boundary->record + at + d, &fixed, sizeof fixed);
   }
-  counts.by_type[0] = counts.inactive = counts.ghosts - counts.active;
-  counts.fallback = counts.active - counts.by_type[boundary->interpolator->type];
-  boundary->counts = counts;
+  put_real(boundary->record, is_double, at + dim, ghost->rung ? ghost->volume : 0);
+  put_real(boundary->record, is_double, at + dim + 1, ghost->p);
+  for (int d = 0; d < dim; d++)
+    put_real(boundary->record, is_double, at + dim + 2 + d, ghost->v[d]);
 }
 
 void sphi_boundary_update(sph_boundary *boundary, const sphi_frame *frame,
@@ -332,17 +493,37 @@ void sphi_boundary_update(sph_boundary *boundary, const sphi_frame *frame,
                           const sphi_body_force *force, double t, double rho0) {
   sph_context *context = boundary->context;
   sphi_gather_evaluate(context, &boundary->mirrors, frame, boundary->interpolator, variant, record);
-  const int32_t *order = boundary->mirrors.columns.order;
-  const sphi_clusters *wet = &boundary->mirrors.wet;
-#pragma omp parallel for num_threads(context->threads) schedule(static)
-  for (int32_t c = 0; c < wet->n; c++)
-    for (int32_t k = wet->first[c]; k < wet->first[c] + wet->count[c]; k++)
-      if (boundary->dim == 2)
-        assign(boundary, 2, order[k], k, force, t, rho0);
+  const sphi_interpolation *work = &boundary->mirrors.work;
+  const int32_t n = boundary->wet_count;
+  int64_t by_type[SPH_BOUNDARY_TYPES] = {0}, thin = 0;
+#pragma omp parallel for num_threads(context->threads) \
+    schedule(static) if (n > SERIAL) reduction(+ : by_type, thin)
+  for (int32_t k = 0; k < n; k++) {
+    if (boundary->dim == 2) {
+      assign(boundary, 2, k, force, t, rho0);
+      if (variant->is_double)
+        pack(boundary, 2, true, frame, k);
       else
-        assign(boundary, 3, order[k], k, force, t, rho0);
-  count_rungs(boundary);
-  pack_records(boundary, frame, variant, boundary->wet, boundary->wet_count);
+        pack(boundary, 2, false, frame, k);
+    } else {
+      assign(boundary, 3, k, force, t, rho0);
+      if (variant->is_double)
+        pack(boundary, 3, true, frame, k);
+      else
+        pack(boundary, 3, false, frame, k);
+    }
+    by_type[work->rung[k]]++;
+    thin += work->rung[k] != 0 && work->gamma[k] < boundary->thin;
+  }
+  boundary->moved = false;
+  sph_boundary_counts *counts = &boundary->counts;
+  *counts = (sph_boundary_counts){.ghosts = boundary->points.n,
+                                  .active = n - by_type[0],
+                                  .thin = thin,
+                                  .skipped = boundary->points.skipped};
+  memcpy(counts->by_type, by_type, sizeof by_type);
+  counts->by_type[0] = counts->inactive = counts->ghosts - counts->active;
+  counts->fallback = counts->active - counts->by_type[boundary->interpolator->type];
 }
 
 sph_status sph_boundary_read(const sph_boundary *boundary, sph_ghost_value what, double *values,
@@ -356,20 +537,23 @@ sph_status sph_boundary_read(const sph_boundary *boundary, sph_ghost_value what,
   SPH_CHECK(boundary->context, size == n * components, SPH_E_ARGUMENT,
             "boundary: size must be %lld doubles (%lld ghosts of %d), got %lld",
             (long long)(n * components), (long long)n, components, (long long)size);
-  const double *reference[] = {boundary->points.x, boundary->points.mirror, boundary->points.foot,
-                               boundary->points.normal};
+  const double *reference[] = {boundary->points.x, boundary->points.mirror, boundary->points.foot};
   for (int64_t k = 0; k < n; k++) {
-    const double *displacement = boundary->state[boundary->wall_of[k]].displacement;
+    const sphi_wall_state *wall = &boundary->state[boundary->wall_of[k]];
     for (int d = 0; d < dim && what <= SPH_GHOST_FOOT; d++)
-      values[dim * k + d] = reference[what][dim * k + d] + displacement[d];
-    for (int d = 0; d < dim && what == SPH_GHOST_NORMAL; d++)
-      values[dim * k + d] = -reference[what][dim * k + d];
-    /* Before the first evaluation the arrays of values do not exist: everything is zero. */
+      values[dim * k + d] = reference[what][dim * k + d] + wall->displacement[d];
+    if (what == SPH_GHOST_NORMAL) {
+      sphi_ghost_normal(&boundary->points, k, values + dim * k);
+      for (int d = 0; d < dim; d++) values[dim * k + d] = -values[dim * k + d];
+    }
+    /* Before the first evaluation there are no values: everything is zero. */
+    const int32_t place = boundary->place ? boundary->place[k] : -1;
+    const sphi_wet_ghost *wet = place < 0 ? NULL : &boundary->wet[place];
     for (int d = 0; d < dim && what == SPH_GHOST_VELOCITY; d++)
-      values[dim * k + d] = boundary->v[d] ? boundary->v[d][k] : 0;
-    if (what == SPH_GHOST_PRESSURE) values[k] = boundary->p ? boundary->p[k] : 0;
-    if (what == SPH_GHOST_VOLUME) values[k] = boundary->volume ? boundary->volume[k] : 0;
-    if (what == SPH_GHOST_RUNG) values[k] = boundary->rung ? boundary->rung[k] : 0;
+      values[dim * k + d] = wet ? wet->v[d] : boundary->place ? wall->velocity[d] : 0;
+    if (what == SPH_GHOST_PRESSURE) values[k] = wet ? wet->p : 0;
+    if (what == SPH_GHOST_VOLUME) values[k] = wet && wet->rung ? wet->volume : 0;
+    if (what == SPH_GHOST_RUNG) values[k] = wet ? wet->rung : 0;
   }
   return SPH_OK;
 }
@@ -380,11 +564,11 @@ sph_status sph_boundary_read_force(const sph_boundary *boundary, int wall, doubl
   SPH_CHECK(boundary->context, wall >= 0 && wall < boundary->walls, SPH_E_ARGUMENT,
             "boundary: wall must be 0 to %d, got %d", boundary->walls - 1, wall);
   for (int d = 0; d < boundary->dim; d++) force[d] = 0;
-  for (int64_t k = 0; boundary->wall_pressure && k < boundary->points.n; k++) {
-    if (boundary->wall_of[k] != wall) continue;
-    const double push = boundary->wall_pressure[k] * boundary->points.area[k];
-    for (int d = 0; d < boundary->dim; d++)
-      force[d] += push * boundary->points.normal[boundary->dim * k + d];
+  for (int32_t k = 0; k < boundary->wet_count; k++) {
+    const sphi_wet_ghost *wet = &boundary->wet[k];
+    if (wet->wall != wall) continue;
+    const double push = wet->wall_pressure * boundary->points.area[wet->ghost];
+    for (int d = 0; d < boundary->dim; d++) force[d] += push * wet->normal[d];
   }
   return SPH_OK;
 }

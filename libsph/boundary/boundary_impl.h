@@ -20,6 +20,18 @@ typedef struct sphi_wall_state {
   double displacement[SPHI_MAX_DIM], velocity[SPHI_MAX_DIM], acceleration[SPHI_MAX_DIM];
 } sphi_wall_state;
 
+/* A ghost that takes part: what does not change, and its values by the fluid at its mirror point. */
+typedef struct sphi_wet_ghost {
+  int32_t ghost;
+  uint8_t wall;
+  bool reflects; /* the whole velocity, not only what is across the wall */
+  uint8_t rung;
+  double volume;
+  double to_ghost[SPHI_MAX_DIM], to_foot[SPHI_MAX_DIM]; /* from the mirror point */
+  double normal[SPHI_MAX_DIM];
+  double p, wall_pressure, v[SPHI_MAX_DIM];
+} sphi_wet_ghost;
+
 struct sph_boundary {
   sph_context *context;
   int references;
@@ -34,37 +46,42 @@ struct sph_boundary {
   bool taken;               /* an integrator holds it */
   bool in_use;              /* an integrator has stepped with it: no more walls */
   sphi_ghost_points points; /* reference positions, in order of creation */
-  int32_t *wall_of;         /* [n] */
+  uint8_t *wall_of;         /* [n] */
   int64_t wall_of_capacity;
   double *x[SPHI_MAX_DIM]; /* [n] present positions */
-  double *v[SPHI_MAX_DIM];
-  double *p, *volume, *drag, *wall_pressure;
-  uint8_t *rung;
+  int32_t *order;  /* [n] ghosts along a curve through the mirror points that leaves no place far */
+  int64_t ordered; /* how many ghosts it holds */
+  int32_t *place;  /* [n] ghost -> wet ghost, -1 */
+  uint8_t *near;   /* [n] to choose */
   sph_boundary_counts counts;
-  sphi_gather mirrors;  /* mirrors.x: present mirror points */
-  sphi_columns columns; /* of the ghosts */
-  void *record;         /* of the ghosts, in the order of columns */
-  int32_t *place;       /* [n] ghost -> record */
-  int32_t *wet;         /* records of ghosts whose mirror points are evaluated */
+  sphi_columns columns; /* of all ghosts */
+  /* Ghosts that fluid lists or that have a piece of wall to push on, and whose mirror points have fluid
+   * near: in the order of their mirror points, and so are their records, which gates follow. */
+  sphi_gather mirrors;
+  int32_t *chosen; /* scratch: number of a wet ghost */
+  sphi_wet_ghost *wet;
   int32_t wet_count;
+  void *record;
+  bool moved; /* since the places in the records */
+  int64_t chosen_capacity, wet_capacity, record_capacity;
 };
 
 void sphi_boundary_retain(sph_boundary *boundary);
 /* Allocates what steps need, for the ghosts there are now. */
-sph_status sphi_boundary_prepare(sph_boundary *boundary, const sphi_variant *variant);
+sph_status sphi_boundary_prepare(sph_boundary *boundary);
 bool sphi_boundary_moves(const sph_boundary *boundary);
 /* Where the walls are at time t, without their ghosts. */
 sph_status sphi_boundary_place_walls(sph_boundary *boundary, double t);
 /* Puts walls, ghosts and mirror points where they are at time t. */
 sph_status sphi_boundary_move(sph_boundary *boundary, double t);
-/* Sorts ghosts and mirror points anew. */
+/* Sorts the ghosts anew. */
 sph_status sphi_boundary_sort(sph_boundary *boundary, const sphi_frame *frame,
                               const sphi_variant *variant);
-/* Lists the fluid near the mirror points; the ghosts of those without any take no part until the next
- * list. */
+/* Chooses the ghosts that take part until the next list, lists the fluid near their mirror points, and
+ * leaves them alone in `near`, the fluid's list of ghosts, by the places of their records. */
 sph_status sphi_boundary_list(sph_boundary *boundary, const sphi_frame *frame,
-                              const sphi_variant *variant, const sphi_columns *fluid,
-                              double radius);
+                              const sphi_variant *variant, const sphi_columns *fluid, double radius,
+                              sphi_list *near);
 /* Interpolates from the fluid's records, assigns velocity and pressure, packs the ghosts' records. */
 void sphi_boundary_update(sph_boundary *boundary, const sphi_frame *frame,
                           const sphi_variant *variant, const void *record,

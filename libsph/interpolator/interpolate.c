@@ -79,6 +79,7 @@ sph_status sphi_interpolation_reserve_list(const sph_interpolator *interpolator,
 /* The clusters that hold a pending target, in order. */
 static int32_t collect_pending(const sphi_clusters *targets, const sphi_interpolation *work) {
   int32_t count = 0;
+  if (targets->n == 0 || !memchr(work->rung, SPHI_PENDING, (size_t)work->n)) return 0;
   for (int32_t c = 0; c < targets->n; c++) {
     const uint8_t *rung = work->rung + targets->first[c];
     bool pending = false;
@@ -103,6 +104,13 @@ static row row_of(sph_interpolator_type type) {
 #undef ROW_CASE
   }
   return (row){SPHI_OPERATOR_nearest, (sph_interpolator_type)0};
+}
+
+/* Whether Shepard's weights need no powers in general, and end smoothly where the support does. */
+static bool is_plain(const sph_interpolator *interpolator) {
+  const double mu = interpolator->mu;
+  return interpolator->lambda == 2 && (mu == 2 || mu == 4) &&
+         mu <= 6 * interpolator->scale * interpolator->scale;
 }
 
 /* What a method asks of a target's neighbours. The smallest ratio of pivots in single precision keeps
@@ -150,7 +158,10 @@ void sphi_interpolate(const sph_interpolator *interpolator, const sphi_variant *
       sphi_sweep_run(context, variant, SPHI_OPERATOR_nearest, sweep, &a);
     }
     set_conditions(&a, type, work->dim, variant->is_double);
-    sphi_sweep_run(context, variant, row_of(type).operator_index, sweep, &a);
+    int operator_index = row_of(type).operator_index;
+    if (operator_index == SPHI_OPERATOR_shepard && !is_plain(interpolator))
+      operator_index = SPHI_OPERATOR_shepard_any;
+    sphi_sweep_run(context, variant, operator_index, sweep, &a);
     sweep->subset = work->retry;
     sweep->subset_count = collect_pending(sweep->targets, work);
     if (sweep->subset_count == 0) break;

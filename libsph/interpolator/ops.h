@@ -82,6 +82,16 @@ SPHI_INLINE void op_put(const op_arguments *a, const int dim, int32_t first, int
     op_put_values(to->moment + d * rows + first, count, open, carried, &r->moment[d]);
 }
 
+/* The same of weighted means: f and x are sum w f and sum w (x_i - x_j), w is sum w. */
+SPHI_INLINE void op_put_mean(const op_arguments *a, const int dim, int32_t first, int32_t count,
+                             vreal n, vreal gamma, vreal w, const vreal *f, const vreal *x) {
+  const vwide sum = v_widen(w), inverse = 1 / sum;
+  op_results r = {.carried = (sum > 0) & (v_widen(gamma) >= a->gamma_min)};
+  for (int k = 0; k <= dim; k++) r.value[k] = v_widen(f[k]) * inverse;
+  for (int d = 0; d < dim; d++) r.moment[d] = -v_widen(x[d]) * inverse;
+  op_put(a, dim, first, count, n, gamma, &r);
+}
+
 /* The symmetric matrix m[size][size], of which the lower triangle is given, becomes L D L^T in place: D
  * in the diagonal. False in lanes whose ratio of pivots is below pivot_min. */
 SPHI_INLINE vwide_mask op_factorise(const int size, vwide *m, double pivot_min) {

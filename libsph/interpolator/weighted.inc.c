@@ -23,11 +23,7 @@ SPHI_INLINE void op_pair(const op_arguments *a, const int dim, const op_targets 
 SPHI_INLINE void op_store(const op_arguments *a, const int dim, int32_t first, int32_t count,
                           const op_targets *t, const op_sums *s) {
   (void)t;
-  op_results r = {.carried = (v_widen(s->w) > 0) & (v_widen(s->gamma) >= a->gamma_min)};
-  const vwide inverse = 1 / v_widen(s->w);
-  for (int f = 0; f <= dim; f++) r.value[f] = v_widen(s->f[f]) * inverse;
-  for (int d = 0; d < dim; d++) r.moment[d] = -v_widen(s->x[d]) * inverse;
-  op_put(a, dim, first, count, s->n, s->gamma, &r);
+  op_put_mean(a, dim, first, count, s->n, s->gamma, s->w, s->f, s->x);
 }
 
 #include "sweep/pair_loop.inc.c"

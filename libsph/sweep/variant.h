@@ -58,6 +58,7 @@ typedef void (*sphi_list_function)(sphi_list *list, int32_t part, const sphi_fra
   X(momentum)                 \
   X(rates)                    \
   X(shepard)                  \
+  X(shepard_any)              \
   X(classic_shepard)          \
   X(normalized)               \
   X(nearest)                  \
@@ -122,11 +123,12 @@ void sphi_pack_run(sph_context *context, const sphi_variant *variant, const sphi
 #define SPHI_RECORD_D(dim) (2 * (dim) + 2)
 #define SPHI_RECORD_G(dim) (2 * (dim) + 3)
 #define SPHI_RECORD(dim) (3 * (dim) + 3)
-/* Layout of a ghost record: x[dim] V p v[dim] s k a[SPHI_GATES, dim + 1], with s = 1 where it drags (no
- * slip) and k gates: fluid at x_f sees it where a . (x_f - x) + a[dim] > 0 for the first k planes a. */
+/* Layout of a ghost record: x[dim] V p v[dim] s k, with s = 1 where it drags (no slip) and an int32_t k
+ * in the place of the last real: 0, or its gates are k records farther: their number, and that many
+ * planes a[dim + 1] through which fluid at x_f sees the ghost, where a . (x_f - x) + a[dim] > 0. */
 #define SPHI_GHOST_S(dim) (2 * (dim) + 2)
 #define SPHI_GHOST_GATES(dim) (2 * (dim) + 3)
+#define SPHI_GHOST(dim) (2 * (dim) + 4)
 #define SPHI_GATES(dim) (2 * (dim)-1) /* at most */
-#define SPHI_GHOST(dim) (2 * (dim) + 4 + SPHI_GATES(dim) * ((dim) + 1))
 
 #endif

@@ -27,11 +27,11 @@ void sphi_ghost_points_free(sph_context *context, sphi_ghost_points *points) {
   sphi_free(context, points->x);
   sphi_free(context, points->mirror);
   sphi_free(context, points->foot);
-  sphi_free(context, points->normal);
   sphi_free(context, points->volume);
   sphi_free(context, points->area);
   sphi_free(context, points->vertex);
   sphi_free(context, points->gates);
+  sphi_free(context, points->gated);
   sphi_free(context, points->gate);
   *points = (sphi_ghost_points){0};
 }
@@ -42,16 +42,14 @@ static bool reserve_points(sph_context *context, sphi_ghost_points *p, int64_t c
   struct {
     void **array;
     size_t size;
-  } const arrays[] = {
-      {(void **)&p->x, vector},
-      {(void **)&p->mirror, vector},
-      {(void **)&p->foot, vector},
-      {(void **)&p->normal, vector},
-      {(void **)&p->volume, sizeof(double)},
-      {(void **)&p->area, sizeof(double)},
-      {(void **)&p->vertex, 1},
-      {(void **)&p->gates, 1},
-      {(void **)&p->gate, (size_t)SPHI_GATES(p->dim) * ((size_t)p->dim + 1) * sizeof(double)}};
+  } const arrays[] = {{(void **)&p->x, vector},
+                      {(void **)&p->mirror, vector},
+                      {(void **)&p->foot, vector},
+                      {(void **)&p->volume, sizeof(double)},
+                      {(void **)&p->area, sizeof(double)},
+                      {(void **)&p->vertex, 1},
+                      {(void **)&p->gates, 1},
+                      {(void **)&p->gated, sizeof *p->gated}};
   int64_t grown = p->capacity;
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) {
     grown = p->capacity; /* an array that a failure left larger is still at least this large */
@@ -59,6 +57,12 @@ static bool reserve_points(sph_context *context, sphi_ghost_points *p, int64_t c
   }
   p->capacity = grown;
   return true;
+}
+
+/* Room for the gates of one more ghost. */
+static bool reserve_gates(sph_context *context, sphi_ghost_points *p) {
+  return sphi_reserve(context, (void **)&p->gate, &p->gate_capacity, p->gated_count + 1,
+                      (size_t)SPHI_GATES(p->dim) * ((size_t)p->dim + 1) * sizeof(double));
 }
 
 static sph_status no_memory(const ghost_maker *maker) {
@@ -126,21 +130,23 @@ static sph_status add_ghost(ghost_maker *maker, const double *x, const double *m
     out->skipped++;
     return SPH_OK;
   }
-  if (!reserve_points(maker->wall->context, out, out->n + 1)) return no_memory(maker);
-  const double s = sphi_gap(x, foot);
+  if (!reserve_points(maker->wall->context, out, out->n + 1) ||
+      (gates->count > 0 && !reserve_gates(maker->wall->context, out)))
+    return no_memory(maker);
   for (int d = 0; d < out->dim; d++) {
     const int64_t k = out->n * out->dim + d;
     out->x[k] = x[d];
     out->mirror[k] = mirror[d];
     out->foot[k] = foot[d];
-    out->normal[k] = (x[d] - foot[d]) / s;
   }
   out->volume[out->n] = volume;
   out->area[out->n] = 0;
   out->vertex[out->n] = vertex;
   out->gates[out->n] = (uint8_t)gates->count;
+  if (gates->count > 0) out->gated[out->n] = (int32_t)out->gated_count++;
   for (int g = 0; g < gates->count; g++) {
-    double *gate = out->gate + (out->n * SPHI_GATES(out->dim) + g) * (out->dim + 1);
+    double *gate =
+        out->gate + ((int64_t)out->gated[out->n] * SPHI_GATES(out->dim) + g) * (out->dim + 1);
     memcpy(gate, gates->plane[g], (size_t)out->dim * sizeof *gate);
     gate[out->dim] = gates->plane[g][3];
   }
@@ -488,18 +494,21 @@ sph_status sphi_wall_make_ghosts(const sph_wall *wall, double spacing, double de
   SPH_CHECK(context, (double)out->n + count <= INT32_MAX, SPH_E_ARGUMENT,
             "wall \"%s\": spacing %g m asks for %g ghosts; at most %d", wall->name, spacing, count,
             INT32_MAX);
-  const int64_t n = out->n, skipped = out->skipped;
+  const int64_t n = out->n, skipped = out->skipped, gated = out->gated_count;
   if (n == 0 && out->dim != wall->dim) {
     sphi_ghost_points_free(context, out);
     out->dim = wall->dim;
     out->skipped = skipped;
   }
-  const sph_status status = make_all(&maker);
+  /* At once, so that no half of the room stays empty. */
+  const sph_status status =
+      reserve_points(context, out, n + (int64_t)count) ? make_all(&maker) : no_memory(&maker);
   sphi_free(context, maker.place);
   sphi_free(context, maker.number);
   if (status != SPH_OK) {
     out->n = n;
     out->skipped = skipped;
+    out->gated_count = gated;
   }
   return status;
 }

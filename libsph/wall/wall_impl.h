@@ -14,25 +14,42 @@ typedef struct sphi_ghost_points {
   int64_t n, capacity;
   double *x, *mirror; /* the ghost, and its image in the fluid */
   double *foot;       /* the nearest point of the wall */
-  double *normal;     /* unit vector of x - foot: out of the fluid */
   double *volume;     /* [n] m^dim */
   /* [n] m^(dim-1): the piece of wall surface that the ghost stands for in force sums; 0 but for the
    * first layer on facets. */
   double *area;
   uint8_t *vertex; /* [n] 1 where the foot is an edge or corner: the whole velocity reflects */
   /* Several ghosts fill the same place behind a sharp solid corner, and `gates` planes tell who sees
-   * which: fluid at x_f does while a . (x_f - x) + a[dim] > 0 m for each a = gate[k, 0 .. gates-1]. */
-  uint8_t *gates;  /* [n] 0 for most, SPHI_GATES(dim) at most */
-  double *gate;    /* [n, SPHI_GATES(dim), dim + 1] */
+   * which: fluid at x_f does while a . (x_f - x) + a[dim] > 0 m for each of the ghost's planes a. */
+  uint8_t *gates; /* [n] 0 for most, SPHI_GATES(dim) at most */
+  int32_t *gated; /* [n] number of those that have gates, of each that has */
+  int64_t gated_count, gate_capacity;
+  double *gate;    /* [gated_count, SPHI_GATES(dim), dim + 1] */
   int64_t skipped; /* places left out because they or their mirror are on the wrong side */
 } sphi_ghost_points;
+
+/* The planes of ghost k, [gates[k], dim + 1]. */
+static inline const double *sphi_ghost_gates(const sphi_ghost_points *points, int64_t k) {
+  return points->gate + (int64_t)points->gated[k] * SPHI_GATES(points->dim) * (points->dim + 1);
+}
+
+/* Unit vector of x - foot of ghost k: out of the fluid. */
+static inline void sphi_ghost_normal(const sphi_ghost_points *points, int64_t k, double *normal) {
+  const int dim = points->dim;
+  double s2 = 0;
+  for (int d = 0; d < dim; d++) {
+    normal[d] = points->x[dim * k + d] - points->foot[dim * k + d];
+    s2 += normal[d] * normal[d];
+  }
+  for (int d = 0; d < dim; d++) normal[d] /= sqrt(s2);
+}
 
 /* Whether fluid at `from_ghost` from ghost k sees it. */
 static inline bool sphi_ghost_seen(const sphi_ghost_points *points, int64_t k,
                                    const double *from_ghost) {
   const int dim = points->dim;
   for (int g = 0; g < points->gates[k]; g++) {
-    const double *gate = points->gate + (k * SPHI_GATES(dim) + g) * (dim + 1);
+    const double *gate = sphi_ghost_gates(points, k) + g * (dim + 1);
     double side = gate[dim];
     for (int d = 0; d < dim; d++) side += gate[d] * from_ghost[d];
     if (!(side > 0)) return false;

@@ -8,9 +8,12 @@
 #ifdef SPHI_PAIR_H
 /* gw of a pair of fluid and ghost: zero where the fluid does not see the ghost. */
 SPHI_INLINE vreal ghost_gw(const int dim, const real *ghost, const pair *g) {
-  const real *gate = ghost + SPHI_GHOST_GATES(dim);
-  const int gates = (int)*gate++;
+  int32_t away;
+  memcpy(&away, ghost + SPHI_GHOST_GATES(dim), sizeof away);
   vreal gw = g->gw;
+  if (!away) return gw;
+  const real *gate = ghost + (int64_t)away * SPHI_GHOST(dim);
+  const int gates = (int)*gate++;
   for (int k = 0; k < gates; k++, gate += dim + 1) {
     vreal side = v_set(gate[dim] * g->constants->per_metre);
     for (int d = 0; d < dim; d++) side += gate[d] * g->dx[d];

@@ -438,10 +438,10 @@ static sph_status build(sph_integrator *flow) {
   }
   /* Two particles come nearer by twice what one travels; walls at rest do not come to meet it. */
   const double margin = (moves ? 1 : 0.5) * (radius - flow->kernel->support);
-  SPH_TRY(sphi_boundary_list(w->boundary, &flow->frame, flow->variant, &flow->columns,
-                             w->boundary->interpolator->kernel->support + margin));
   SPH_TRY(sphi_list_build(flow->context, &w->ghost_list, &flow->frame, &flow->clusters,
                           &w->boundary->columns, flow->kernel->support + margin));
+  SPH_TRY(sphi_boundary_list(w->boundary, &flow->frame, flow->variant, &flow->columns,
+                             w->boundary->interpolator->kernel->support + margin, &w->ghost_list));
   flow->stats.seconds_search += sphi_seconds() - begin;
   return SPH_OK;
 }
@@ -495,7 +495,7 @@ static sph_status prepare(sph_integrator *flow) {
   if (w->boundary) {
     SPH_TRY(sphi_boundary_place_walls(w->boundary, flow->stats.time));
     SPH_TRY(sphi_wcsph_check_walls(flow));
-    SPH_TRY(sphi_boundary_prepare(w->boundary, flow->variant));
+    SPH_TRY(sphi_boundary_prepare(w->boundary));
   }
   flow->stats.max_speed = largest_speed(flow); /* lists must reach as far as a step goes */
   if (flow->stats.max_acceleration == 0) { /* before the first step only the body force is known */
