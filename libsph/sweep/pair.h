@@ -19,7 +19,7 @@ typedef uint32_t vfixed __attribute__((vector_size(sizeof(real) * SPHI_LANES)));
  * of a step do without the factors that are the same for all pairs, and put them in at the end:
  *   PAIR_METRES  dx in metres, gw = (dW/dr)/r
  *   PAIR_BARE    dx in units of `length`, gw without its factor `slope`
- *   PAIR_SCALED  the same where directions have different fixed-point units (periodic ones) */
+ *   PAIR_SCALED  the same where directions are periodic, which have fixed-point units of their own */
 enum { PAIR_METRES, PAIR_BARE, PAIR_SCALED };
 
 /* Constants of one sweep, in the loop's arithmetic; lengths in the operator's units. */
@@ -74,8 +74,8 @@ SPHI_INLINE vreal kernel_g(const int kernel, vreal q2, const int dim, const sphi
 SPHI_INLINE vreal pair_difference(vfixed xi, fixed xj, const int view, const pair_constants *c,
                                   const int d) {
 #if SPHI_DOUBLE
-  (void)view;
   const vreal dx = xi - xj;
+  if (view == PAIR_BARE) return dx;
   vreal image = dx * c->inverse_period[d];
   for (int l = 0; l < SPHI_LANES; l++) image[l] = rint(image[l]);
   return dx - image * c->period[d];

@@ -114,7 +114,7 @@ SPHI_INLINE void op_loop(const int kernel, const int dim, const int view, const 
                                 int32_t end) {                                                 \
     if (!OP_BARE)                                                                              \
       op_loop(id, dim, PAIR_METRES, OP_PRUNES, sweep, arguments, begin, end);                  \
-    else if (SPHI_DOUBLE || sweep->frame->uniform)                                             \
+    else if (sweep->frame->uniform)                                                            \
       op_loop(id, dim, PAIR_BARE, OP_PRUNES, sweep, arguments, begin, end);                    \
     else                                                                                       \
       op_loop(id, dim, PAIR_SCALED, OP_PRUNES, sweep, arguments, begin, end);                  \
