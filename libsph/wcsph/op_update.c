@@ -98,7 +98,7 @@ SPHI_INLINE void body_force(const update *a, const int dim, int32_t first, int32
 SPHI_INLINE int32_t first_bad(int32_t first, int32_t count, const double *push2,
                               const double *rho) {
   int64_t wrong = 0;
-  for (int i = 0; i < count; i++) wrong += (push2[i] < HUGE_VAL) & (rho[i] > 0) ? 0 : 1;
+  for (int i = 0; i < count; i++) wrong += ((push2[i] < HUGE_VAL) & (rho[i] > 0)) ? 0 : 1;
   if (!wrong) return INT32_MAX;
   int32_t i = 0;
   while (push2[i] < HUGE_VAL && rho[i] > 0) i++;
@@ -212,7 +212,7 @@ SPHI_INLINE int32_t check_chunk(const update *a, const int dim, const chunk *c,
   int64_t good[CHUNK], wrong = 0;
   for (int i = 0; i < c->count; i++) {
     speed2[i] = push2[i] = 0;
-    good[i] = (c->rho[i] > 0) & (c->rho[i] < HUGE_VAL) ? 1 : 0;
+    good[i] = ((c->rho[i] > 0) & (c->rho[i] < HUGE_VAL)) ? 1 : 0;
   }
   for (int d = 0; d < dim; d++) {
     const double *restrict acceleration = a->acceleration[d] + c->first;
@@ -221,11 +221,11 @@ SPHI_INLINE int32_t check_chunk(const update *a, const int dim, const chunk *c,
     for (int i = 0; i < c->count; i++) {
       speed2[i] += v[i] * v[i];
       push2[i] += acceleration[i] * acceleration[i];
-      good[i] = (x[i] >= lo) & (x[i] <= hi) ? good[i] : 0;
+      good[i] = ((x[i] >= lo) & (x[i] <= hi)) ? good[i] : 0;
     }
   }
   for (int i = 0; i < c->count; i++) {
-    good[i] = (speed2[i] <= a->most2) & (push2[i] < HUGE_VAL) ? good[i] : 0;
+    good[i] = ((speed2[i] <= a->most2) & (push2[i] < HUGE_VAL)) ? good[i] : 0;
     wrong += 1 - good[i];
   }
   extremes->speed2 = fmax(extremes->speed2, largest(speed2, c->count));
@@ -267,7 +267,7 @@ SPHI_INLINE int32_t move_chunk(const update *a, const int dim, int32_t first, in
     const real *restrict lambda = reals(a->lambda, first);
     const double rho0 = a->rho0;
     for (int i = 0; i < count; i++)
-      rho[i] = (lambda[i] < (real)a->lambda_isolated) & (rho[i] < rho0) ? rho0 : rho[i];
+      rho[i] = ((lambda[i] < (real)a->lambda_isolated) & (rho[i] < rho0)) ? rho0 : rho[i];
   }
   equation_of_state(a, &c);
   const int32_t bad = extremes ? check_chunk(a, dim, &c, extremes) : INT32_MAX;
