@@ -255,7 +255,10 @@ static void count_list_faults(const world *w, const engine *e, const sphi_list *
   free(times);
 }
 
-static void check_lists(int dim, int mask, double size, double width, int threads, bool clumped) {
+/* Stacked: at equal places as fixed point sees them, which repeats every 256 radii. */
+typedef enum placing { SPREAD, CLUMPED, STACKED } placing;
+
+static void check_lists(int dim, int mask, double size, double width, int threads, placing places) {
   const double radius = 0.5;
   world w;
   memset(&w, 0, sizeof w);
@@ -269,8 +272,9 @@ static void check_lists(int dim, int mask, double size, double width, int thread
   const double zero[3] = {-0.2, -0.2, -0.2}, end[3] = {size + 0.2, size + 0.2, size + 0.2};
   for (int k = 0; k < 120 * dim; k++) {
     const double u = sph_test_random(&state);
-    x[k] = clumped ? (k % 7 == 0 ? 0 : size) + 1e-3 * (u - 0.5) : size * (1.1 * u - 0.05);
-    if (clumped && k % 11 == 0) x[k] = k % 2 ? -0.5 * size : 30 * size;
+    x[k] = places == CLUMPED ? (k % 7 == 0 ? 0 : size) + 1e-3 * (u - 0.5) : size * (1.1 * u - 0.05);
+    if (places == CLUMPED && k % 11 == 0) x[k] = k % 2 ? -0.5 * size : 30 * size;
+    if (places == STACKED && k % dim == dim - 1) x[k] += 256 * radius * (k / dim % 3);
   }
   for (int d = 0; d < dim; d++)
     if (mask >> d & 1) {
@@ -305,9 +309,10 @@ static void test_lists(void) {
     for (int mask = 0; mask < 1 << dim; mask++)
       for (int k = 0; k < 5; k++) {
         const double width = k == 0 ? 0.5 : k == 1 ? 0.2 : k == 2 ? 0.25 : k == 3 ? 0.5 : 0.11;
-        check_lists(dim, mask, sizes[k], width, 1 + (k == 1 && mask == 1), false);
+        check_lists(dim, mask, sizes[k], width, 1 + (k == 1 && mask == 1), SPREAD);
         if (k == 2 || k == 3)
-          check_lists(dim, mask, sizes[k], width, 1 + (k == 3 && mask == 2), true);
+          check_lists(dim, mask, sizes[k], width, 1 + (k == 3 && mask == 2), CLUMPED);
+        if (!(mask >> (dim - 1) & 1)) check_lists(dim, mask, sizes[k], width, 1, STACKED);
       }
 }
 

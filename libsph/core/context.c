@@ -177,6 +177,18 @@ void sphi_log(sph_context *context, sph_log_level level, const char *format, ...
 }
 
 /* The address the caller's allocator gave is kept in front of the aligned block. */
+/* Zeroes a block. A page lies in the memory of the processor that writes it first: the threads share
+ * large blocks as loops with a static schedule do. */
+static void clear(const sph_context *context, char *block, size_t bytes) {
+  const size_t chunk = (size_t)1 << 16;
+  const int64_t chunks = (int64_t)((bytes + chunk - 1) / chunk);
+#pragma omp parallel for num_threads(context->threads) schedule(static) if (chunks >= 16)
+  for (int64_t k = 0; k < chunks; k++) {
+    const size_t first = (size_t)k * chunk;
+    memset(block + first, 0, bytes - first < chunk ? bytes - first : chunk);
+  }
+}
+
 void *sphi_alloc(sph_context *context, size_t count, size_t size) {
   const size_t overhead = SPHI_ALIGN + sizeof(void *);
   if (size && count > (SIZE_MAX - overhead) / size) return NULL;
@@ -187,7 +199,7 @@ void *sphi_alloc(sph_context *context, size_t count, size_t size) {
   const uintptr_t start = ((uintptr_t)raw + overhead) & ~(uintptr_t)(SPHI_ALIGN - 1);
   char *block = raw + (start - (uintptr_t)raw);
   memcpy(block - sizeof raw, &raw, sizeof raw);
-  memset(block, 0, bytes);
+  clear(context, block, bytes);
   return block;
 }
 

@@ -2,8 +2,8 @@
  *
  * Space is cut into columns along the last axis; a column's points are sorted along that axis. Only
  * columns that hold points exist. A table of the box around them finds them, or where that box is
- * mostly empty a hash table, so that the extent of the domain costs nothing. W consecutive points of a column are a cluster: the targets that one pass of the pair loop
- * updates together.
+ * mostly empty a hash table, so that the extent of the domain costs nothing. W consecutive points of a
+ * column are a cluster: the targets that one pass of the pair loop updates together.
  */
 #ifndef SPHI_COLUMNS_H
 #define SPHI_COLUMNS_H

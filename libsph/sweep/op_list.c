@@ -2,10 +2,6 @@
  * packing of records and the table of this variant's loops. */
 #include "sweep/pair.h"
 
-#if defined(__SSE2__)
-#include <immintrin.h>
-#endif
-
 #if !SPHI_DOUBLE
 
 /* The columns that clusters in one cell of the sources' columns can have sources in. */
@@ -47,26 +43,10 @@ SPHI_INLINE void near_update(const int dim, near_columns *near, const sphi_colum
   }
 }
 
-/* Bit l is set where lane l of a is less than that of b. */
-SPHI_INLINE unsigned lanes_less(vreal a, vreal b) {
-#if defined(__AVX512F__) && SPHI_LANES == 16
-  return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LT_OS);
-#elif defined(__AVX__) && SPHI_LANES == 8
-  return (unsigned)_mm256_movemask_ps((__m256)(a < b));
-#elif defined(__SSE2__) && SPHI_LANES == 4
-  return (unsigned)_mm_movemask_ps((__m128)(a < b));
-#else
-  const vint less = a < b;
-  unsigned bits = 0;
-  for (int l = 0; l < SPHI_LANES; l++) bits |= (unsigned)(less[l] & 1) << l;
-  return bits;
-#endif
-}
-
 /* Writes j + l for every bit l that is set, in order, and what comes after up to a whole vector; returns
  * how many are set. */
 SPHI_INLINE int store_numbers(uint32_t *out, int32_t j, unsigned bits) {
-#if defined(__AVX512F__) && SPHI_LANES == 16
+#if SPHI_FLOAT16
   const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   const __m512i number = _mm512_add_epi32(lane, _mm512_set1_epi32(j));
   /* Compressed in a register: compressing to memory is slow on some processors. */
@@ -93,15 +73,20 @@ typedef struct box {
   vfixed center[SPHI_MAX_DIM];
   vreal half[SPHI_MAX_DIM], unit[SPHI_MAX_DIM];
   vreal radius2;
+  double tell; /* less than how far apart places look the same in fixed point */
 } box;
 
 /* Appends the sources near the box from `begin` on, before `end` and the first block of lanes whose
- * coordinate along the column is above `to`; past the capacity it only counts. */
+ * coordinate along the column is above `to`; past the capacity it only counts. Fixed point cannot tell
+ * sources from others far along the column, and blocks reach there where it is sparse: `from` and `to`
+ * then bound every source. */
 SPHI_INLINE void append_range(const int dim, const box *b, const sphi_columns *sources,
-                              sphi_list_part *part, int32_t begin, int32_t end, double to) {
+                              sphi_list_part *part, int32_t begin, int32_t end, double from,
+                              double to) {
+  const double *z = sources->z;
   uint32_t past_capacity[SPHI_LANES];
   int64_t used = part->used;
-  for (int32_t j = begin; j < end && sources->z[j] <= to; j += SPHI_LANES) {
+  for (int32_t j = begin; j < end && z[j] <= to; j += SPHI_LANES) {
     vreal d2 = v_set(0);
     for (int d = 0; d < dim; d++) {
       vfixed x;
@@ -111,8 +96,12 @@ SPHI_INLINE void append_range(const int dim, const box *b, const sphi_columns *s
       away = v_positive(away * b->unit[d] - b->half[d]);
       d2 += away * away;
     }
-    unsigned near = lanes_less(d2, b->radius2);
-    if (end - j < SPHI_LANES) near &= (1u << (end - j)) - 1;
+    unsigned near = v_bits_less(d2, b->radius2);
+    const int32_t count = end - j < SPHI_LANES ? end - j : SPHI_LANES;
+    if (count < SPHI_LANES) near &= (1u << count) - 1;
+    if (z[j] < from - b->tell || z[j + count - 1] > to + b->tell)
+      for (int32_t l = 0; l < count; l++)
+        if (z[j + l] < from || z[j + l] > to) near &= ~(1u << l);
     uint32_t *out = used + SPHI_LANES <= part->capacity ? part->source + used : past_capacity;
     used += store_numbers(out, j, near);
   }
@@ -150,6 +139,7 @@ SPHI_INLINE void append_cluster(const int dim, sphi_list_part *part, const sphi_
     b.center[d] = sphi_frame_fix(frame, d, lo[d] + half) - (vfixed){0};
   }
   b.radius2 = v_set((real)(radius * radius * (1 + 1e-6)));
+  b.tell = 32 * radius;
   const double *z = sources->z;
   double gap2[NEAR_ROOM];
   column_gaps(dim, near, sources, frame, lo, hi, gap2);
@@ -161,7 +151,8 @@ SPHI_INLINE void append_cluster(const int dim, sphi_list_part *part, const sphi_
       const int pieces =
           sphi_columns_range(sources, frame, c, lo[dim - 1] - radius, hi[dim - 1] + radius, ranges);
       for (int piece = 0; piece < pieces; piece++)
-        append_range(dim, &b, sources, part, ranges[piece][0], ranges[piece][1], HUGE_VAL);
+        append_range(dim, &b, sources, part, ranges[piece][0], ranges[piece][1], -HUGE_VAL,
+                     HUGE_VAL);
       continue;
     }
     const double reach = sqrt(radius * radius - gap2[k]) * (1 + 1e-9);
@@ -173,7 +164,7 @@ SPHI_INLINE void append_cluster(const int dim, sphi_list_part *part, const sphi_
     while (begin + SPHI_LANES < stop && z[begin + SPHI_LANES - 1] < from) begin += SPHI_LANES;
     while (begin > start && z[begin - 1] >= from) begin -= SPHI_LANES;
     near->at[k] = begin;
-    append_range(dim, &b, sources, part, begin, stop, to);
+    append_range(dim, &b, sources, part, begin, stop, from, to);
   }
 }
 

@@ -66,7 +66,7 @@ SPHI_INLINE void op_sources(const int kernel, const int dim, const int view, con
     pair_place(dim, view, constants, x, sources + after * stride, &next);
     pair_kernel(kernel, dim, view, constants, &g);
     if (prune) {
-      const bool keep = v_any_below(g.r2, constants->prune2) || away == PRUNE_ROOM - 1;
+      const bool keep = v_bits_less(g.r2, v_set(constants->prune2)) != 0 || away == PRUNE_ROOM - 1;
       near[kept] = far[away] = j;
       kept += keep;
       away += !keep;

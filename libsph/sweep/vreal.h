@@ -71,18 +71,19 @@ SPHI_INLINE vreal v_positive(vreal x) {
 
 SPHI_INLINE vreal v_abs(vreal x) { return v_select(x < 0, -x, x); }
 
-/* True if any lane is below the limit. */
-SPHI_INLINE bool v_any_below(vreal x, real limit) {
+/* Bit l is set where lane l of a is less than that of b. */
+SPHI_INLINE unsigned v_bits_less(vreal a, vreal b) {
 #if SPHI_FLOAT16
-  return _mm512_cmp_ps_mask((__m512)x, _mm512_set1_ps(limit), _CMP_LT_OQ) != 0;
+  return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_LT_OQ);
 #elif SPHI_FLOAT8
-  return _mm256_movemask_ps((__m256)(x < limit)) != 0;
+  return (unsigned)_mm256_movemask_ps((__m256)(a < b));
 #elif SPHI_FLOAT4
-  return _mm_movemask_ps((__m128)(x < limit)) != 0;
+  return (unsigned)_mm_movemask_ps((__m128)(a < b));
 #else
-  bool any = false;
-  for (int l = 0; l < SPHI_LANES; l++) any = any || x[l] < limit;
-  return any;
+  const vint less = a < b;
+  unsigned bits = 0;
+  for (int l = 0; l < SPHI_LANES; l++) bits |= (unsigned)(less[l] & 1) << l;
+  return bits;
 #endif
 }
 

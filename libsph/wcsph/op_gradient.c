@@ -98,7 +98,7 @@ SPHI_INLINE vreal smallest_eigenvalue_3(const vreal m[6], int32_t count) {
   const vreal x = m[0] - xy - xz, y = m[1] - xy - yz, z = m[2] - xz - yz;
   const vreal xy_least = v_select(x < y, x, y);
   vreal lambda = v_select(xy_least < z, xy_least, z);
-  if (!v_any_below(lambda, (real)0.5)) return lambda;
+  if (!v_bits_less(lambda, v_set((real)0.5))) return lambda;
   for (int32_t l = 0; l < count; l++) {
     if (lambda[l] >= (real)0.5) continue;
     double one[6];
