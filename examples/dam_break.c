@@ -243,7 +243,7 @@ static sph_status run(const setup *s, example_flow *f, moments *m) {
   return status;
 }
 
-/* Particles behind the walls, or above them. */
+/* Particles behind the walls, or above the lid that the box has in 3D: an open tank gets its drops back. */
 static int64_t count_lost(const setup *s, example_flow *f, int64_t at_start) {
   sph_context *context = f->context;
   const int64_t n = sph_particles_count(f->water);
@@ -252,8 +252,8 @@ static int64_t count_lost(const setup *s, example_flow *f, int64_t at_start) {
   OK(sph_particles_read(f->water, SPH_POSITION, x, n * s->dim));
   for (int64_t i = 0; i < n; i++) {
     const double *at = x + i * s->dim;
-    const bool beside = s->dim == 3 && (at[1] < 0 || at[1] > s->width);
-    lost += beside || at[0] < 0 || at[0] > s->tank || at[s->up] < 0 || at[s->up] > s->top;
+    const bool beside = s->dim == 3 && (at[1] < 0 || at[1] > s->width || at[2] > s->top);
+    lost += beside || at[0] < 0 || at[0] > s->tank || at[s->up] < 0;
   }
   free(x);
   return lost;
