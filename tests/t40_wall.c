@@ -676,22 +676,24 @@ static void swing(double t, double *displacement, double *velocity, double *acce
 
 static void motion_moves_the_wall(void) {
   const double lo[] = {0, 0}, hi[] = {1, 1}, x[] = {0.1, 0.5}, outside[] = {-0.1, 0.5};
-  double amplitude = 0.2, distance, u[2] = {9, 9}, v[2] = {9, 9}, a[2] = {9, 9};
+  double amplitude = 0.2, distance;
+  sphi_wall_state now;
   sph_wall *wall = box(2, lo, hi, 0);
   CU_ASSERT(!sphi_wall_moves(wall));
-  SPH_TEST_OK(context, sphi_wall_motion_at(wall, 3, u, v, a));
-  CU_ASSERT(u[0] == 0 && v[0] == 0 && a[0] == 0 && u[1] == 0 && v[1] == 0 && a[1] == 0);
+  SPH_TEST_OK(context, sphi_wall_state_at(wall, 3, &now));
+  for (int d = 0; d < 2; d++)
+    CU_ASSERT(now.displacement[d] == 0 && now.velocity[d] == 0 && now.acceleration[d] == 0);
   SPH_TEST_OK(context, sph_wall_set_motion(wall, swing, &amplitude));
   CU_ASSERT(sphi_wall_moves(wall));
   SPH_TEST_OK(context, sph_wall_distance(wall, pi / 2, x, &distance));
   SPH_TEST_CLOSE(distance, -0.1, 1e-12, 0);
   SPH_TEST_OK(context, sph_wall_distance(wall, -pi / 2, outside, &distance));
   SPH_TEST_CLOSE(distance, 0.1, 1e-12, 0);
-  SPH_TEST_OK(context, sphi_wall_motion_at(wall, 0.3, u, v, a));
-  SPH_TEST_CLOSE(u[0], 0.2 * sin(0.3), 1e-15, 0);
-  SPH_TEST_CLOSE(v[0], 0.2 * cos(0.3), 1e-15, 0);
-  SPH_TEST_CLOSE(a[0], -0.2 * sin(0.3), 1e-15, 0);
-  CU_ASSERT(u[1] == 0 && v[1] == 0 && a[1] == 0);
+  SPH_TEST_OK(context, sphi_wall_state_at(wall, 0.3, &now));
+  SPH_TEST_CLOSE(now.displacement[0], 0.2 * sin(0.3), 1e-15, 0);
+  SPH_TEST_CLOSE(now.velocity[0], 0.2 * cos(0.3), 1e-15, 0);
+  SPH_TEST_CLOSE(now.acceleration[0], -0.2 * sin(0.3), 1e-15, 0);
+  CU_ASSERT(now.displacement[1] == 0 && now.velocity[1] == 0 && now.acceleration[1] == 0);
   amplitude = NAN;
   distance = 7;
   SPH_TEST_STATUS(context, sph_wall_distance(wall, 1, x, &distance), SPH_E_ARGUMENT,
@@ -702,6 +704,105 @@ static void motion_moves_the_wall(void) {
   SPH_TEST_OK(context, sph_wall_set_motion(wall, NULL, NULL));
   SPH_TEST_OK(context, sph_wall_distance(wall, 1, x, &distance));
   SPH_TEST_CLOSE(distance, 0.1, 1e-12, 0);
+  sph_wall_destroy(&wall);
+}
+
+static void tilt(double t, double *angle, double *rate, double *acceleration, void *user) {
+  const double a = *(const double *)user;
+  *angle = a * sin(2 * t);
+  *rate = 2 * a * cos(2 * t);
+  *acceleration = -4 * a * sin(2 * t);
+}
+
+/* A point that rides with a wall in both motions: its velocity and acceleration by central differences of
+ * its place, and back to where it came from. */
+static void rotation_carries_points(void) {
+  double amplitude = 0.7, shift = 0.2;
+  const double xy[] = {0, 1, 0, 0}, corners[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
+  const double pivot[] = {0.1, -0.2, 0.3}, axis[] = {1, -2, 0.5}, point[] = {0.4, 0.8, -0.6};
+  for (int dim = 2; dim <= 3; dim++) {
+    sph_wall *wall = NULL;
+    if (dim == 2)
+      wall = polyline(2, xy, false);
+    else
+      SPH_TEST_OK(context, sph_wall_create_facets(context, 1, corners, &wall));
+    SPH_TEST_OK(context,
+                sph_wall_set_rotation(wall, pivot, dim == 2 ? NULL : axis, tilt, &amplitude));
+    CU_ASSERT(sphi_wall_moves(wall));
+    SPH_TEST_OK(context, sph_wall_set_motion(wall, swing, &shift));
+    const double t = 0.4, dt = 1e-3;
+    double at[5][3], v[3], a[3], back[3];
+    sphi_wall_state now;
+    for (int k = 0; k < 5; k++) {
+      SPH_TEST_OK(context, sphi_wall_state_at(wall, t + (k - 2) * dt, &now));
+      sphi_wall_place(&now, dim, point, at[k]);
+    }
+    SPH_TEST_OK(context, sphi_wall_state_at(wall, t, &now));
+    sphi_wall_velocity_at(&now, dim, at[2], v, a);
+    sphi_wall_refer(&now, dim, at[2], back);
+    for (int d = 0; d < dim; d++) {
+      const double slope = (at[0][d] - 8 * at[1][d] + 8 * at[3][d] - at[4][d]) / (12 * dt);
+      const double bend =
+          (-at[0][d] + 16 * at[1][d] - 30 * at[2][d] + 16 * at[3][d] - at[4][d]) / (12 * dt * dt);
+      SPH_TEST_CLOSE(v[d], slope, 1e-10, 0);
+      SPH_TEST_CLOSE(a[d], bend, 1e-7, 0);
+      SPH_TEST_CLOSE(back[d], point[d], 1e-15, 0);
+    }
+    sph_wall_destroy(&wall);
+  }
+  /* Counterclockwise by 30 degrees about the foot: what was vertical leans to the left. */
+  sph_wall *flap = polyline(2, xy, false);
+  const double foot[] = {0, 0}, x[] = {1, 0};
+  double distance;
+  amplitude = pi / 6;
+  SPH_TEST_OK(context, sph_wall_set_rotation(flap, foot, NULL, tilt, &amplitude));
+  SPH_TEST_OK(context, sph_wall_distance(flap, pi / 4, x, &distance));
+  SPH_TEST_CLOSE(distance, 1, 1e-12, 0); /* its nearest point is the hinge */
+  const double above[] = {1 - 0.5, sqrt(3) / 2};
+  SPH_TEST_OK(context, sph_wall_distance(flap, pi / 4, above, &distance));
+  SPH_TEST_CLOSE(distance, sqrt(3) / 2 * 1.0, 1e-12, 0);
+  amplitude = NAN;
+  SPH_TEST_STATUS(context, sph_wall_distance(flap, 1, x, &distance), SPH_E_ARGUMENT,
+                  "angle, its rate and acceleration[0] from its motion must be finite");
+  SPH_TEST_OK(context, sph_wall_set_rotation(flap, NULL, NULL, NULL, NULL));
+  CU_ASSERT(!sphi_wall_moves(flap));
+  sph_wall_destroy(&flap);
+}
+
+static sph_status drive(double t, double dt, const double *force, double *displacement,
+                        double *velocity, double *acceleration, void *user) {
+  (void)t;
+  if (*(const double *)user < 0) return SPH_E_ARGUMENT;
+  acceleration[0] = force[0] / *(const double *)user;
+  displacement[0] += dt * velocity[0] + 0.5 * dt * dt * acceleration[0];
+  velocity[0] += dt * acceleration[0];
+  return SPH_OK;
+}
+
+static void driver_moves_the_wall(void) {
+  const double xy[] = {0, 1, 0, 0}, force[] = {6, 0};
+  double mass = 2;
+  sph_wall *wall = polyline(2, xy, false);
+  SPH_TEST_OK(context, sph_wall_set_driver(wall, drive, &mass));
+  CU_ASSERT(sphi_wall_moves(wall) && sphi_wall_is_driven(wall));
+  sphi_wall_state now;
+  SPH_TEST_OK(context, sphi_wall_state_at(wall, 0, &now));
+  CU_ASSERT(now.displacement[0] == 0 && now.velocity[0] == 0);
+  for (int k = 0; k < 4; k++) SPH_TEST_OK(context, sphi_wall_drive(wall, 0.5 * k, 0.5, force));
+  for (int k = 0; k <= 4; k++) {
+    const double t = 1.5 + 0.125 * k;
+    SPH_TEST_OK(context, sphi_wall_state_at(wall, t, &now));
+    SPH_TEST_CLOSE(now.displacement[0], 1.5 * t * t, 1e-14, 0);
+    SPH_TEST_CLOSE(now.velocity[0], 3 * t, 1e-14, 0);
+    SPH_TEST_CLOSE(now.acceleration[0], 3, 1e-14, 0);
+  }
+  SPH_TEST_STATUS(context, sph_wall_set_motion(wall, swing, &mass), SPH_E_ARGUMENT, "has a driver");
+  mass = -1;
+  SPH_TEST_STATUS(context, sphi_wall_drive(wall, 2, 0.5, force), SPH_E_ARGUMENT,
+                  "its driver stopped the run at t = 2 s");
+  mass = NAN;
+  SPH_TEST_STATUS(context, sphi_wall_drive(wall, 2, 0.5, force), SPH_E_ARGUMENT,
+                  "displacement[0] from its motion must be finite at t = 2.5 s");
   sph_wall_destroy(&wall);
 }
 
@@ -733,6 +834,8 @@ static void settings_and_references(void) {
   CU_ASSERT(sph_wall_set_name(NULL, "a") == SPH_E_ARGUMENT);
   CU_ASSERT(sph_wall_set_slip(NULL, SPH_NO_SLIP) == SPH_E_ARGUMENT);
   CU_ASSERT(sph_wall_set_motion(NULL, NULL, NULL) == SPH_E_ARGUMENT);
+  CU_ASSERT(sph_wall_set_rotation(NULL, NULL, NULL, NULL, NULL) == SPH_E_ARGUMENT);
+  CU_ASSERT(sph_wall_set_driver(NULL, NULL, NULL) == SPH_E_ARGUMENT);
   CU_ASSERT(sph_wall_facet_normal(NULL, 0, normal) == SPH_E_ARGUMENT);
   CU_ASSERT(sph_wall_distance(NULL, 0, xy, &distance) == SPH_E_ARGUMENT);
   CU_ASSERT(sph_wall_dim(NULL) == 0 && sph_wall_facet_count(NULL) == 0 && !*sph_wall_name(NULL));
@@ -953,6 +1056,9 @@ SPH_TEST_MAIN("wall", {"context opens", context_opens},
               {"10000 segments: the ring's volume and surface", ten_thousand_segments},
               {"a coarse round pile is not overfilled", coarse_circle_is_not_overfilled},
               {"a prescribed motion moves the wall", motion_moves_the_wall},
+              {"a rotation carries points with its velocity and acceleration",
+               rotation_carries_points},
+              {"a driver moves the wall from step to step", driver_moves_the_wall},
               {"settings, getters and references", settings_and_references},
               {"bad polylines and boxes are refused", bad_polylines_and_boxes_are_refused},
               {"bad facets are refused", bad_facets_are_refused},

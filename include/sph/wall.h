@@ -1,6 +1,6 @@
 /** @file
- * Solid walls: polylines in 2D, boxes in 2D and 3D, plane quadrilaterals in 3D, at rest or in
- * prescribed translation.
+ * Solid walls: polylines in 2D, boxes in 2D and 3D, plane quadrilaterals in 3D, at rest, in
+ * prescribed motion or driven by the water.
  */
 #ifndef SPH_WALL_H
 #define SPH_WALL_H
@@ -26,6 +26,22 @@ typedef enum sph_slip {
  */
 typedef void (*sph_wall_motion)(double t, double *displacement, double *velocity,
                                 double *acceleration, void *user);
+
+/** Prescribed rotation of a wall: writes angle from where the wall was created [rad], rate [rad/s] and
+ * acceleration [rad/s^2] at time t [s], zero before the call. The three must belong together.
+ */
+typedef void (*sph_wall_rotation)(double t, double *angle, double *rate, double *acceleration,
+                                  void *user);
+
+/** Motion of a wall by the water's force on it, from one step to the next: called once a step, before
+ * anything moves, with the force at time t [dim, N, in 2D N/m; positive towards the solid]. Displacement
+ * from where the wall was created [m], velocity [m/s] and acceleration [m/s^2], each [dim], hold the
+ * state at t (zero at first) and are to hold that at t + dt on return. A status that is not SPH_OK ends
+ * the step with it.
+ */
+typedef sph_status (*sph_wall_driver)(double t, double dt, const double *force,
+                                      double *displacement, double *velocity, double *acceleration,
+                                      void *user);
 
 /** Create a 2D wall from the line through the vertices; the fluid is on the left of someone who
  * walks along it.
@@ -131,6 +147,36 @@ SPH_API SPH_NODISCARD sph_status sph_wall_set_slip(sph_wall *wall, sph_slip slip
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_wall_set_motion(sph_wall *wall, sph_wall_motion motion,
+                                                     void *user);
+
+/** Let the whole wall rotate about a fixed axis (NULL rotation: not, the default), before a boundary is
+ * made from it. A translation by sph_wall_set_motion carries the pivot along.
+ *
+ *     x = c + d + R(angle) (X - c),   c the pivot, d the displacement, X the place at creation
+ *
+ * Shape      pivot [dim]; axis [3] by the right-hand rule, not used in 2D, where angles count
+ *            counterclockwise
+ * Units      pivot m; axis any length
+ * Ownership  pivot and axis are copied; user is kept as it is and must live as long as the wall
+ * Parallel   not while another call uses the context; rotation is called from the thread that calls
+ *            the library
+ * Errors     SPH_E_ARGUMENT wall is NULL; with a rotation: pivot NULL or not finite, in 3D axis NULL,
+ *            not finite or zero
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_wall_set_rotation(sph_wall *wall, const double *pivot,
+                                                       const double *axis,
+                                                       sph_wall_rotation rotation, void *user);
+
+/** Let the caller's solver move the wall by the force on it (NULL: not, the default), before a boundary
+ * is made from it. Within a step the wall follows the cubic through both ends.
+ *
+ * Ownership  user is kept as it is and must live as long as the wall
+ * Parallel   not while another call uses the context; driver is called from the thread that steps
+ * Errors     SPH_E_ARGUMENT wall is NULL or has a prescribed motion
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_wall_set_driver(sph_wall *wall, sph_wall_driver driver,
                                                      void *user);
 
 /** Dimension of the wall, 2 or 3; 0 if wall is NULL.

@@ -242,29 +242,157 @@ sph_status sphi_boundary_prepare(sph_boundary *boundary) {
     }
     boundary->ordered = n;
   }
-  for (int32_t k = 0; k < n; k++) boundary->place[k] = -1;
+  for (int w = 0; w < boundary->walls; w++) boundary->arm[w] = 0;
+  for (int32_t k = 0; k < n; k++) {
+    const int wall = boundary->wall_of[k];
+    double arm2 = 0;
+    for (int d = 0; d < dim; d++)
+      arm2 += pow(boundary->points.x[(int64_t)dim * k + d] - boundary->state[wall].pivot[d], 2);
+    boundary->arm[wall] = fmax(boundary->arm[wall], sqrt(arm2));
+    boundary->place[k] = -1;
+  }
   boundary->in_use = true;
   return SPH_OK;
 }
 
 sph_status sphi_boundary_place_walls(sph_boundary *boundary, double t) {
   for (int w = 0; w < boundary->walls; w++)
-    SPH_TRY(sphi_wall_motion_at(boundary->wall[w], t, boundary->state[w].displacement,
-                                boundary->state[w].velocity, boundary->state[w].acceleration));
+    SPH_TRY(sphi_wall_state_at(boundary->wall[w], t, &boundary->state[w]));
   return SPH_OK;
 }
 
-/* Present mirror points: wet[k] of the ghosts chosen[k], or of all wet ones. */
+bool sphi_boundary_is_driven(const sph_boundary *boundary) {
+  for (int w = 0; w < boundary->walls; w++)
+    if (sphi_wall_is_driven(boundary->wall[w])) return true;
+  return false;
+}
+
+sph_status sphi_boundary_drive(sph_boundary *boundary, double t, double dt) {
+  for (int w = 0; w < boundary->walls; w++) {
+    double force[SPHI_MAX_DIM];
+    if (!sphi_wall_is_driven(boundary->wall[w])) continue;
+    SPH_TRY(sph_boundary_read_force(boundary, w, force));
+    SPH_TRY(sphi_wall_drive(boundary->wall[w], t, dt, force));
+  }
+  return SPH_OK;
+}
+
+double sphi_boundary_speed(const sph_boundary *boundary) {
+  double most = 0;
+  for (int w = 0; w < boundary->walls; w++) {
+    const sphi_wall_state *state = &boundary->state[w];
+    const double *v = state->velocity, *spin = state->spin;
+    const double turning = sqrt(spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2]);
+    most = fmax(most, sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) + turning * boundary->arm[w]);
+  }
+  return most;
+}
+
+/* Where solids of several walls overlap, one has the place: a moving wall before one at rest, a later one
+ * before an earlier one. */
+static bool goes_before(const sph_boundary *boundary, int wall, int other) {
+  const bool moves = sphi_wall_moves(boundary->wall[wall]);
+  if (moves != sphi_wall_moves(boundary->wall[other])) return moves;
+  return wall > other;
+}
+
+/* Share of a cell around x, as it is now, that is outside the solids of other walls: of all, or of those
+ * that go before this one. */
+static double share_outside(const sph_boundary *boundary, int wall, const double *x, bool of_all) {
+  const double reach = 2 * boundary->interpolator->kernel->support;
+  double share = 1, foot[SPHI_MAX_DIM];
+  for (int other = 0; other < boundary->walls && share > 0; other++) {
+    if (other == wall || !(of_all || goes_before(boundary, other, wall))) continue;
+    const double distance =
+        sphi_wall_foot_now(boundary->wall[other], &boundary->state[other], x, reach, foot);
+    share *= fmin(fmax(distance / boundary->spacing + 0.5, 0), 1);
+  }
+  return share;
+}
+
+double sphi_boundary_share(const sph_boundary *boundary, int64_t k) {
+  double x[SPHI_MAX_DIM];
+  if (boundary->walls == 1) return 1;
+  for (int d = 0; d < boundary->dim; d++) x[d] = boundary->x[d][k];
+  return share_outside(boundary, boundary->wall_of[k], x, false);
+}
+
+/* Whether another wall is near the ghost or its mirror point, or may come there before the next list. */
+static bool meets_others(const sph_boundary *boundary, int64_t ghost) {
+  const int dim = boundary->dim, wall = boundary->wall_of[ghost];
+  double foot[SPHI_MAX_DIM], at[SPHI_MAX_DIM];
+  sphi_wall_place(&boundary->state[wall], dim, boundary->points.foot + dim * ghost, at);
+  for (int other = 0; other < boundary->walls; other++)
+    if (other != wall &&
+        sphi_wall_foot_now(boundary->wall[other], &boundary->state[other], at,
+                           2 * boundary->interpolator->kernel->support, foot) < HUGE_VAL)
+      return true;
+  return false;
+}
+
+/* Everything about a wet ghost that depends on where walls are, and its mirror point. */
+static void orient(const sph_boundary *boundary, sphi_wet_ghost *wet, double *mirror) {
+  const sphi_ghost_points *points = &boundary->points;
+  const int dim = boundary->dim;
+  const int64_t ghost = wet->ghost;
+  const sphi_wall_state *state = &boundary->state[wet->wall];
+  double normal[SPHI_MAX_DIM], x[SPHI_MAX_DIM], foot[SPHI_MAX_DIM];
+  sphi_ghost_normal(points, ghost, normal);
+  sphi_wall_turn(state, dim, normal, wet->normal);
+  sphi_wall_place(state, dim, points->x + dim * ghost, x);
+  sphi_wall_place(state, dim, points->foot + dim * ghost, foot);
+  sphi_wall_place(state, dim, points->mirror + dim * ghost, mirror);
+  wet->second = -1;
+  wet->volume = points->volume[ghost];
+  wet->area = points->area[ghost];
+  if (wet->live && boundary->walls > 1) {
+    wet->volume *= share_outside(boundary, wet->wall, x, false);
+    wet->area *= share_outside(boundary, wet->wall, foot, true);
+    double depth = 0, other_foot[SPHI_MAX_DIM] = {0};
+    for (int other = 0; other < boundary->walls; other++) {
+      if (other == wet->wall) continue;
+      double at[SPHI_MAX_DIM];
+      const double distance =
+          sphi_wall_foot_now(boundary->wall[other], &boundary->state[other], mirror,
+                             2 * boundary->interpolator->kernel->support, at);
+      if (distance >= depth) continue; /* the deepest counts */
+      depth = distance;
+      wet->second = (int8_t)other;
+      memcpy(other_foot, at, sizeof other_foot);
+    }
+    for (int d = 0; d < dim && wet->second >= 0; d++) {
+      wet->across[d] = 2 * (mirror[d] - other_foot[d]);
+      wet->second_normal[d] = wet->across[d] / (-2 * depth);
+      mirror[d] -= wet->across[d];
+    }
+  }
+  for (int d = 0; d < dim; d++) {
+    wet->to_ghost[d] = x[d] - mirror[d];
+    wet->to_foot[d] = foot[d] - mirror[d];
+  }
+}
+
+/* A ghost as it is before its first evaluation. */
+static sphi_wet_ghost new_wet(const sph_boundary *boundary, int64_t ghost) {
+  const int wall = boundary->wall_of[ghost];
+  return (sphi_wet_ghost){
+      .ghost = (int32_t)ghost,
+      .wall = (uint8_t)wall,
+      .reflects = boundary->points.vertex[ghost] || sphi_wall_no_slip(boundary->wall[wall]),
+      .live = boundary->state[wall].turns || meets_others(boundary, ghost)};
+}
+
+/* Present mirror points of all chosen ghosts. */
 static void place_mirrors(sph_boundary *boundary) {
   const int dim = boundary->dim;
   sphi_gather *mirrors = &boundary->mirrors;
 #pragma omp parallel for num_threads(boundary->context->threads) \
     schedule(static) if (mirrors->n > SERIAL)
   for (int32_t k = 0; k < mirrors->n; k++) {
-    const int64_t ghost = boundary->chosen[k];
-    const double *displacement = boundary->state[boundary->wall_of[ghost]].displacement;
-    for (int d = 0; d < dim; d++)
-      mirrors->x[d][k] = boundary->points.mirror[dim * ghost + d] + displacement[d];
+    sphi_wet_ghost wet = new_wet(boundary, boundary->chosen[k]);
+    double mirror[SPHI_MAX_DIM];
+    orient(boundary, &wet, mirror);
+    for (int d = 0; d < dim; d++) mirrors->x[d][k] = mirror[d];
   }
   mirrors->packed = false;
 }
@@ -275,11 +403,24 @@ sph_status sphi_boundary_move(sph_boundary *boundary, double t) {
   const int32_t n = (int32_t)boundary->points.n;
 #pragma omp parallel for num_threads(boundary->context->threads) schedule(static) if (n > SERIAL)
   for (int32_t k = 0; k < n; k++) {
-    const double *displacement = boundary->state[boundary->wall_of[k]].displacement;
-    for (int d = 0; d < dim; d++)
-      boundary->x[d][k] = boundary->points.x[(int64_t)dim * k + d] + displacement[d];
+    double x[SPHI_MAX_DIM];
+    sphi_wall_place(&boundary->state[boundary->wall_of[k]], dim,
+                    boundary->points.x + (int64_t)dim * k, x);
+    for (int d = 0; d < dim; d++) boundary->x[d][k] = x[d];
   }
-  place_mirrors(boundary);
+#pragma omp parallel for num_threads(boundary->context->threads) \
+    schedule(static) if (boundary->wet_count > SERIAL)
+  for (int32_t k = 0; k < boundary->wet_count; k++) {
+    sphi_wet_ghost *wet = &boundary->wet[k];
+    double mirror[SPHI_MAX_DIM];
+    if (wet->live)
+      orient(boundary, wet, mirror);
+    else
+      sphi_wall_place(&boundary->state[wet->wall], dim,
+                      boundary->points.mirror + dim * (int64_t)wet->ghost, mirror);
+    for (int d = 0; d < dim; d++) boundary->mirrors.x[d][k] = mirror[d];
+  }
+  boundary->mirrors.packed = false;
   boundary->moved = true;
   return SPH_OK;
 }
@@ -378,20 +519,12 @@ static sph_status fill_wet(sph_boundary *boundary, const sphi_variant *variant) 
 #pragma omp parallel for num_threads(context->threads) schedule(static) if (n > SERIAL)
   for (int32_t k = 0; k < n; k++) {
     const int64_t ghost = boundary->chosen[k];
-    const int wall = boundary->wall_of[ghost];
-    const bool drags = sphi_wall_no_slip(boundary->wall[wall]);
     sphi_wet_ghost *wet = &boundary->wet[k];
-    *wet = (sphi_wet_ghost){.ghost = (int32_t)ghost,
-                            .wall = (uint8_t)wall,
-                            .reflects = points->vertex[ghost] || drags,
-                            .volume = points->volume[ghost]};
-    sphi_ghost_normal(points, ghost, wet->normal);
-    for (int d = 0; d < dim; d++) {
-      const int64_t at = dim * ghost + d;
-      wet->to_ghost[d] = points->x[at] - points->mirror[at];
-      wet->to_foot[d] = points->foot[at] - points->mirror[at];
-      wet->v[d] = boundary->state[wall].velocity[d];
-    }
+    double mirror[SPHI_MAX_DIM];
+    *wet = new_wet(boundary, ghost);
+    orient(boundary, wet, mirror);
+    memcpy(wet->v, boundary->state[wet->wall].velocity, sizeof wet->v);
+    const bool drags = sphi_wall_no_slip(boundary->wall[wet->wall]);
     put_real(boundary->record, variant->is_double, (int64_t)k * stride + SPHI_GHOST_S(dim), drags);
     boundary->place[ghost] = k;
   }
@@ -405,9 +538,14 @@ static sph_status fill_wet(sph_boundary *boundary, const sphi_variant *variant) 
                (size_t)((int64_t)k * stride + SPHI_GHOST_GATES(dim)) * variant->real_size,
            &away, sizeof away);
     put_real(boundary->record, variant->is_double, next * stride, gates);
-    for (int g = 0; g < gates * (dim + 1); g++)
-      put_real(boundary->record, variant->is_double, next * stride + 1 + g,
-               sphi_ghost_gates(points, ghost)[g]);
+    for (int g = 0; g < gates; g++) {
+      const double *plane = sphi_ghost_gates(points, ghost) + g * (dim + 1);
+      double now[SPHI_MAX_DIM];
+      sphi_wall_turn(&boundary->state[boundary->wall_of[ghost]], dim, plane, now);
+      for (int d = 0; d <= dim; d++)
+        put_real(boundary->record, variant->is_double, next * stride + 1 + g * (dim + 1) + d,
+                 d < dim ? now[d] : plane[dim]);
+    }
     next += gate_records(boundary, ghost);
   }
   boundary->wet_count = n;
@@ -431,28 +569,46 @@ sph_status sphi_boundary_list(sph_boundary *boundary, const sphi_frame *frame,
   return SPH_OK;
 }
 
+/* u less twice what of it goes into the wall. */
+static inline void reflect(int dim, double *u, const double *wall_velocity, const double *normal) {
+  double across = 0;
+  for (int d = 0; d < dim; d++) across += (u[d] - wall_velocity[d]) * normal[d];
+  for (int d = 0; d < dim; d++) u[d] -= 2 * across * normal[d];
+}
+
 /* Velocity and pressure of wet ghost k from the values at its mirror point. */
 static inline __attribute__((always_inline)) void assign(sph_boundary *boundary, const int dim,
                                                          int32_t k, const sphi_body_force *force,
                                                          double t, double rho0) {
   const sphi_interpolation *work = &boundary->mirrors.work;
   sphi_wet_ghost *ghost = &boundary->wet[k];
-  const sphi_wall_state *wall = &boundary->state[ghost->wall];
   const bool dry = work->rung[k] == 0, thin = work->gamma[k] < boundary->thin;
-  double f[SPHI_MAX_DIM] = {0};
-  if (force->function) {
-    double at[SPHI_MAX_DIM];
-    for (int d = 0; d < dim; d++) at[d] = boundary->mirrors.x[d][k] + ghost->to_foot[d];
-    force->function(t, at, f, force->user);
-  }
-  double p = work->value[k], p_wall = p, across = 0;
+  double f[SPHI_MAX_DIM] = {0}, at[SPHI_MAX_DIM], wall_velocity[SPHI_MAX_DIM],
+         wall_acceleration[SPHI_MAX_DIM], u[SPHI_MAX_DIM];
   for (int d = 0; d < dim; d++) {
-    const double push = rho0 * (force->constant[d] + f[d] - wall->acceleration[d]);
+    at[d] = boundary->mirrors.x[d][k] + ghost->to_foot[d];
+    u[d] = work->value[(int64_t)(1 + d) * work->n + k];
+  }
+  if (force->function) force->function(t, at, f, force->user);
+  sphi_wall_velocity_at(&boundary->state[ghost->wall], dim, at, wall_velocity, wall_acceleration);
+  double p = work->value[k], p_wall = p;
+  for (int d = 0; d < dim; d++) {
+    const double push = rho0 * (force->constant[d] + f[d] - wall_acceleration[d]);
     /* The interpolated values belong to the point that the weights average: x_m + I[x - x_m]. */
     const double from = work->moment[(int64_t)d * work->n + k];
     p += push * (ghost->to_ghost[d] - from);
     p_wall += push * (ghost->to_foot[d] - from);
-    across += (work->value[(int64_t)(1 + d) * work->n + k] - wall->velocity[d]) * ghost->normal[d];
+  }
+  if (ghost->second >= 0) { /* the first part of the way is across the other wall */
+    double second_velocity[SPHI_MAX_DIM], second_acceleration[SPHI_MAX_DIM], more = 0;
+    for (int d = 0; d < dim; d++) at[d] = boundary->mirrors.x[d][k] + 0.5 * ghost->across[d];
+    sphi_wall_velocity_at(&boundary->state[ghost->second], dim, at, second_velocity,
+                          second_acceleration);
+    for (int d = 0; d < dim; d++)
+      more += rho0 * (wall_acceleration[d] - second_acceleration[d]) * ghost->across[d];
+    p += more;
+    p_wall += more;
+    reflect(dim, u, second_velocity, ghost->second_normal);
   }
   if (thin || dry) p = p_wall = 0;
   if (boundary->no_suction && p < 0) p = 0;
@@ -460,12 +616,11 @@ static inline __attribute__((always_inline)) void assign(sph_boundary *boundary,
   ghost->rung = work->rung[k];
   ghost->p = p;
   ghost->wall_pressure = p_wall;
-  for (int d = 0; d < dim; d++) {
-    const double u = work->value[(int64_t)(1 + d) * work->n + k];
-    ghost->v[d] = thin || dry       ? wall->velocity[d]
-                  : ghost->reflects ? 2 * wall->velocity[d] - u
-                                    : u - 2 * across * ghost->normal[d];
-  }
+  if (!ghost->reflects) reflect(dim, u, wall_velocity, ghost->normal);
+  for (int d = 0; d < dim; d++)
+    ghost->v[d] = thin || dry       ? wall_velocity[d]
+                  : ghost->reflects ? 2 * wall_velocity[d] - u[d]
+                                    : u[d];
 }
 
 /* The record of wet ghost k but for what does not change. */
@@ -540,15 +695,19 @@ sph_status sph_boundary_read(const sph_boundary *boundary, sph_ghost_value what,
   const double *reference[] = {boundary->points.x, boundary->points.mirror, boundary->points.foot};
   for (int64_t k = 0; k < n; k++) {
     const sphi_wall_state *wall = &boundary->state[boundary->wall_of[k]];
-    for (int d = 0; d < dim && what <= SPH_GHOST_FOOT; d++)
-      values[dim * k + d] = reference[what][dim * k + d] + wall->displacement[d];
+    if (what <= SPH_GHOST_FOOT)
+      sphi_wall_place(wall, dim, reference[what] + dim * k, values + dim * k);
     if (what == SPH_GHOST_NORMAL) {
-      sphi_ghost_normal(&boundary->points, k, values + dim * k);
+      double normal[SPHI_MAX_DIM];
+      sphi_ghost_normal(&boundary->points, k, normal);
+      sphi_wall_turn(wall, dim, normal, values + dim * k);
       for (int d = 0; d < dim; d++) values[dim * k + d] = -values[dim * k + d];
     }
     /* Before the first evaluation there are no values: everything is zero. */
     const int32_t place = boundary->place ? boundary->place[k] : -1;
     const sphi_wet_ghost *wet = place < 0 ? NULL : &boundary->wet[place];
+    if (what == SPH_GHOST_MIRROR && wet && wet->second >= 0)
+      for (int d = 0; d < dim; d++) values[dim * k + d] -= wet->across[d];
     for (int d = 0; d < dim && what == SPH_GHOST_VELOCITY; d++)
       values[dim * k + d] = wet ? wet->v[d] : boundary->place ? wall->velocity[d] : 0;
     if (what == SPH_GHOST_PRESSURE) values[k] = wet ? wet->p : 0;
@@ -567,7 +726,7 @@ sph_status sph_boundary_read_force(const sph_boundary *boundary, int wall, doubl
   for (int32_t k = 0; k < boundary->wet_count; k++) {
     const sphi_wet_ghost *wet = &boundary->wet[k];
     if (wet->wall != wall) continue;
-    const double push = wet->wall_pressure * boundary->points.area[wet->ghost];
+    const double push = wet->wall_pressure * wet->area;
     for (int d = 0; d < boundary->dim; d++) force[d] += push * wet->normal[d];
   }
   return SPH_OK;

@@ -16,19 +16,19 @@ typedef struct sphi_body_force {
   void *user;
 } sphi_body_force;
 
-typedef struct sphi_wall_state {
-  double displacement[SPHI_MAX_DIM], velocity[SPHI_MAX_DIM], acceleration[SPHI_MAX_DIM];
-} sphi_wall_state;
-
 /* A ghost that takes part: what does not change, and its values by the fluid at its mirror point. */
 typedef struct sphi_wet_ghost {
   int32_t ghost;
   uint8_t wall;
   bool reflects; /* the whole velocity, not only what is across the wall */
   uint8_t rung;
-  double volume;
+  bool live;     /* what follows changes as walls move, other than by a displacement */
+  int8_t second; /* a wall that the mirror point was in, and is mirrored by once more; or -1 */
+  double volume, area;
   double to_ghost[SPHI_MAX_DIM], to_foot[SPHI_MAX_DIM]; /* from the mirror point */
   double normal[SPHI_MAX_DIM];
+  double across[SPHI_MAX_DIM],
+      second_normal[SPHI_MAX_DIM]; /* second: from the mirror point before */
   double p, wall_pressure, v[SPHI_MAX_DIM];
 } sphi_wet_ghost;
 
@@ -41,6 +41,7 @@ struct sph_boundary {
   int walls;
   sph_wall *wall[SPHI_MAX_WALLS];
   sphi_wall_state state[SPHI_MAX_WALLS];
+  double arm[SPHI_MAX_WALLS]; /* of the wall's farthest ghost about the pivot */
   bool no_suction;
   double thin;
   bool taken;               /* an integrator holds it */
@@ -70,6 +71,13 @@ void sphi_boundary_retain(sph_boundary *boundary);
 /* Allocates what steps need, for the ghosts there are now. */
 sph_status sphi_boundary_prepare(sph_boundary *boundary);
 bool sphi_boundary_moves(const sph_boundary *boundary);
+/* Of the fastest place of a wall that has ghosts [m/s]. */
+double sphi_boundary_speed(const sph_boundary *boundary);
+/* Motion of driven walls from t to t + dt, by the forces of the last evaluation. */
+bool sphi_boundary_is_driven(const sph_boundary *boundary);
+sph_status sphi_boundary_drive(sph_boundary *boundary, double t, double dt);
+/* Share of the volume of ghost k, as it stands now, that it has to itself beside other walls' ghosts. */
+double sphi_boundary_share(const sph_boundary *boundary, int64_t k);
 /* Where the walls are at time t, without their ghosts. */
 sph_status sphi_boundary_place_walls(sph_boundary *boundary, double t);
 /* Puts walls, ghosts and mirror points where they are at time t. */

@@ -219,11 +219,11 @@ sphi_surroundings sphi_probe_surroundings(const sph_integrator *flow) {
       hi = fmax(hi, particles->field[SPHI_X].data[d][i]);
     }
     for (int64_t k = 0; around.boundary && k < around.boundary->points.n; k++) {
-      const int32_t wall = around.boundary->wall_of[k];
-      const double at = around.boundary->points.x[particles->dim * k + d] +
-                        around.boundary->state[wall].displacement[d];
-      lo = fmin(lo, at);
-      hi = fmax(hi, at);
+      double at[SPHI_MAX_DIM];
+      sphi_wall_place(&around.boundary->state[around.boundary->wall_of[k]], particles->dim,
+                      around.boundary->points.x + particles->dim * k, at);
+      lo = fmin(lo, at[d]);
+      hi = fmax(hi, at[d]);
     }
     const double size = fmax(hi - lo, flow->kernel->support);
     around.lo[d] = lo - size;
@@ -239,9 +239,8 @@ static int wall_around(const sph_integrator *flow, const sph_boundary *boundary,
   int nearest = -1;
   double distance = HUGE_VAL;
   for (int w = 0; w < boundary->walls; w++) {
-    double at[SPHI_MAX_DIM] = {0};
-    for (int d = 0; d < boundary->dim; d++) at[d] = x[d] - boundary->state[w].displacement[d];
-    const double to = sphi_wall_distance(boundary->wall[w], at);
+    double foot[SPHI_MAX_DIM];
+    const double to = sphi_wall_foot_now(boundary->wall[w], &boundary->state[w], x, HUGE_VAL, foot);
     if (fabs(to) >= fabs(distance)) continue;
     distance = to;
     nearest = w;

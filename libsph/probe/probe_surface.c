@@ -78,8 +78,12 @@ static bool add_share(double r, int32_t ghost, void *data) {
     const double length = share->frame->length[d];
     if (share->frame->periodic[d]) from_ghost[d] -= length * rint(from_ghost[d] / length);
   }
-  if (sphi_ghost_seen(&boundary->points, ghost, from_ghost))
-    share->sum += boundary->points.volume[ghost] * sph_kernel_w(share->kernel, r);
+  double reference[SPHI_MAX_DIM];
+  sphi_wall_turn_back(&boundary->state[boundary->wall_of[ghost]], boundary->dim, from_ghost,
+                      reference);
+  if (sphi_ghost_seen(&boundary->points, ghost, reference))
+    share->sum += boundary->points.volume[ghost] * sphi_boundary_share(boundary, ghost) *
+                  sph_kernel_w(share->kernel, r);
   return true;
 }
 

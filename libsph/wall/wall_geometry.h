@@ -35,6 +35,11 @@ typedef struct sphi_wall_corner {
   int facet[3];
 } sphi_wall_corner;
 
+/* Where a driver has put a wall at a time. */
+typedef struct sphi_wall_drive_state {
+  double t, displacement[3], velocity[3], acceleration[3];
+} sphi_wall_drive_state;
+
 struct sph_wall {
   sph_context *context;
   int references;
@@ -43,6 +48,12 @@ struct sph_wall {
   sph_slip slip;
   sph_wall_motion motion;
   void *motion_user;
+  sph_wall_rotation rotation;
+  void *rotation_user;
+  double pivot[3], axis[3];
+  sph_wall_driver driver;
+  void *driver_user;
+  sphi_wall_drive_state from, to; /* of the driven step */
   int facets;
   sphi_wall_facet *facet;
   int64_t wedges, wedge_capacity;

@@ -57,6 +57,74 @@ static inline bool sphi_ghost_seen(const sphi_ghost_points *points, int64_t k,
   return true;
 }
 
+/* Where a wall is and how it moves: turned about the pivot from its reference position, then displaced. */
+typedef struct sphi_wall_state {
+  double displacement[SPHI_MAX_DIM], velocity[SPHI_MAX_DIM], acceleration[SPHI_MAX_DIM];
+  bool turns; /* what follows counts */
+  double pivot[SPHI_MAX_DIM];
+  double turn[SPHI_MAX_DIM][SPHI_MAX_DIM];
+  double spin[3], spin_rate[3]; /* rad/s, rad/s^2 */
+} sphi_wall_state;
+
+/* A direction of the reference position as it is now. */
+static inline void sphi_wall_turn(const sphi_wall_state *state, int dim, const double *reference,
+                                  double *now) {
+  for (int d = 0; d < dim; d++) {
+    now[d] = state->turns ? 0 : reference[d];
+    for (int e = 0; e < dim && state->turns; e++) now[d] += state->turn[d][e] * reference[e];
+  }
+}
+
+/* A direction of now as it is in the reference position. */
+static inline void sphi_wall_turn_back(const sphi_wall_state *state, int dim, const double *now,
+                                       double *reference) {
+  for (int d = 0; d < dim; d++) {
+    reference[d] = state->turns ? 0 : now[d];
+    for (int e = 0; e < dim && state->turns; e++) reference[d] += state->turn[e][d] * now[e];
+  }
+}
+
+/* A point of the reference position as it is now. */
+static inline void sphi_wall_place(const sphi_wall_state *state, int dim, const double *reference,
+                                   double *now) {
+  double arm[SPHI_MAX_DIM];
+  for (int d = 0; d < dim; d++) arm[d] = reference[d] - state->pivot[d];
+  sphi_wall_turn(state, dim, arm, now);
+  for (int d = 0; d < dim; d++) now[d] += state->pivot[d] + state->displacement[d];
+}
+
+/* A point of now as it is in the reference position. */
+static inline void sphi_wall_refer(const sphi_wall_state *state, int dim, const double *now,
+                                   double *reference) {
+  double arm[SPHI_MAX_DIM];
+  for (int d = 0; d < dim; d++) arm[d] = now[d] - state->pivot[d] - state->displacement[d];
+  sphi_wall_turn_back(state, dim, arm, reference);
+  for (int d = 0; d < dim; d++) reference[d] += state->pivot[d];
+}
+
+/* Velocity of the wall at a point of now, and its acceleration (NULL: not asked for). */
+static inline void sphi_wall_velocity_at(const sphi_wall_state *state, int dim, const double *x,
+                                         double *velocity, double *acceleration) {
+  for (int d = 0; d < dim; d++) {
+    velocity[d] = state->velocity[d];
+    if (acceleration) acceleration[d] = state->acceleration[d];
+  }
+  if (!state->turns) return;
+  double arm[3] = {0}, round[3];
+  for (int d = 0; d < dim; d++) arm[d] = x[d] - state->pivot[d] - state->displacement[d];
+  const double *w = state->spin, *rate = state->spin_rate;
+  for (int d = 0; d < 3; d++) {
+    const int e = (d + 1) % 3, f = (d + 2) % 3;
+    round[d] = w[e] * arm[f] - w[f] * arm[e];
+  }
+  for (int d = 0; d < dim; d++) {
+    const int e = (d + 1) % 3, f = (d + 2) % 3;
+    velocity[d] += round[d];
+    if (acceleration)
+      acceleration[d] += rate[e] * arm[f] - rate[f] * arm[e] + w[e] * round[f] - w[f] * round[e];
+  }
+}
+
 void sphi_wall_retain(sph_wall *wall);
 int sphi_wall_dim(const sph_wall *wall);
 const char *sphi_wall_name(const sph_wall *wall);
@@ -69,15 +137,20 @@ bool sphi_wall_moves(const sph_wall *wall);
 sph_status sphi_wall_make_ghosts(const sph_wall *wall, double spacing, double depth,
                                  sphi_ghost_points *out);
 void sphi_ghost_points_free(sph_context *context, sphi_ghost_points *points);
-/* Displacement, velocity, acceleration [dim] at time t; zeros for a fixed wall. A result that is
- * not finite is SPH_E_ARGUMENT. */
-sph_status sphi_wall_motion_at(const sph_wall *wall, double t, double *displacement,
-                               double *velocity, double *acceleration);
+/* Where the wall is at time t. A motion that is not finite is SPH_E_ARGUMENT, and a driven wall has none
+ * but within its step. */
+sph_status sphi_wall_state_at(const sph_wall *wall, double t, sphi_wall_state *state);
+/* Whether a driver moves it; then its motion from t to t + dt under that force. */
+bool sphi_wall_is_driven(const sph_wall *wall);
+sph_status sphi_wall_drive(sph_wall *wall, double t, double dt, const double *force);
 /* Signed distance [m] to the wall in its reference position: positive in the fluid; by the nearest
  * point of the wall, so far from an open wall's ends the sign means little. */
 double sphi_wall_distance(const sph_wall *wall, const double *x);
 /* The same within `bound` of the wall, HUGE_VAL beyond, with the nearest point of the wall in foot. */
 double sphi_wall_foot(const sph_wall *wall, const double *x, double bound, double *foot);
+/* The same of a wall as it is now, foot too; beyond an open end there is no inside. */
+double sphi_wall_foot_now(const sph_wall *wall, const sphi_wall_state *state, const double *x,
+                          double bound, double *foot);
 /* The open ends of a 2D wall in reference position: points [SPHI_WALL_MAX_ENDS, 2]; returns how
  * many: 0, 2, or 4 for a box with two opposite open sides; 0 in 3D. */
 #define SPHI_WALL_MAX_ENDS 4

@@ -1,17 +1,6 @@
 /* Do walls and particles fit together, and do they stay apart? */
 #include "wcsph/wcsph_impl.h"
 
-/* Signed distance to one wall where it is nearer than `bound`. Beyond an open end there is no inside. */
-static double distance_to(const sph_wall *wall, const double *at, double bound, double *foot) {
-  const double distance = sphi_wall_foot(wall, at, bound, foot);
-  if (distance >= 0) return distance;
-  double ends[2 * SPHI_WALL_MAX_ENDS];
-  const int count = sphi_wall_open_ends(wall, ends);
-  for (int e = 0; e < count; e++)
-    if (hypot(foot[0] - ends[2 * e], foot[1] - ends[2 * e + 1]) < 1e-9 * bound) return -distance;
-  return distance;
-}
-
 /* Distance of particle i to the nearest wall, negative inside a wall, and which; HUGE_VAL farther away
  * than `bound`. */
 static double wall_distance(const sph_integrator *flow, int32_t i, double bound, int *wall) {
@@ -20,9 +9,9 @@ static double wall_distance(const sph_integrator *flow, int32_t i, double bound,
   double nearest = HUGE_VAL;
   for (int k = 0; k < boundary->walls; k++) {
     double x[SPHI_MAX_DIM] = {0}, foot[SPHI_MAX_DIM] = {0};
-    for (int d = 0; d < dim; d++)
-      x[d] = flow->particles->field[SPHI_X].data[d][i] - boundary->state[k].displacement[d];
-    const double distance = distance_to(boundary->wall[k], x, bound, foot);
+    for (int d = 0; d < dim; d++) x[d] = flow->particles->field[SPHI_X].data[d][i];
+    const double distance =
+        sphi_wall_foot_now(boundary->wall[k], &boundary->state[k], x, bound, foot);
     if (fabs(distance) >= fabs(nearest)) continue;
     nearest = distance;
     *wall = k;
@@ -31,14 +20,12 @@ static double wall_distance(const sph_integrator *flow, int32_t i, double bound,
 }
 
 /* An end on a face of a periodic box is none: the wall goes on in the next period. */
-static bool ends_at_period(const sph_integrator *flow, const double *end,
-                           const double *displacement) {
+static bool ends_at_period(const sph_integrator *flow, const double *end) {
   const wcsph *w = wcsph_of(flow);
   for (int d = 0; d < flow->particles->dim; d++) {
     const double tolerance = 1e-9 * (w->periodic_hi[d] - w->periodic_lo[d]);
-    const double at = end[d] + displacement[d];
-    if (w->periodic[d] &&
-        (fabs(at - w->periodic_lo[d]) <= tolerance || fabs(at - w->periodic_hi[d]) <= tolerance))
+    if (w->periodic[d] && (fabs(end[d] - w->periodic_lo[d]) <= tolerance ||
+                           fabs(end[d] - w->periodic_hi[d]) <= tolerance))
       return true;
   }
   return false;
@@ -63,18 +50,20 @@ sph_status sphi_wcsph_check_walls(sph_integrator *flow) {
     double ends[2 * SPHI_WALL_MAX_ENDS];
     const int count = sphi_wall_open_ends(boundary->wall[w], ends);
     for (int e = 0; e < count; e++) {
-      if (ends_at_period(flow, ends + dim * e, boundary->state[w].displacement)) continue;
+      double end[SPHI_MAX_DIM];
+      sphi_wall_place(&boundary->state[w], dim, ends + dim * e, end);
+      if (ends_at_period(flow, end)) continue;
       for (sph_index i = 0; i < particles->n; i++) {
         double r2 = 0;
         for (int d = 0; d < dim; d++) {
-          const double away = x[d][i] - boundary->state[w].displacement[d] - ends[dim * e + d];
+          const double away = x[d][i] - end[d];
           r2 += away * away;
         }
         SPH_CHECK(flow->context, r2 >= reach * reach, SPH_E_ARGUMENT,
                   "wall \"%s\" ends openly at (%g, %g) m with particle %lld only %g m away: fluid "
                   "would escape; extend the wall %g m beyond the fluid or close it",
-                  sphi_wall_name(boundary->wall[w]), ends[dim * e], ends[dim * e + 1],
-                  (long long)particles->id[i], sqrt(r2), reach);
+                  sphi_wall_name(boundary->wall[w]), end[0], end[1], (long long)particles->id[i],
+                  sqrt(r2), reach);
       }
     }
   }
@@ -96,27 +85,25 @@ static contact stop_at_walls(sph_integrator *flow, int32_t i, double dt, double 
   *clear = HUGE_VAL;
   for (int k = 0; k < boundary->walls; k++) {
     const sphi_wall_state *wall = &boundary->state[k];
-    double at[SPHI_MAX_DIM], foot[SPHI_MAX_DIM], speed2 = 0;
-    for (int d = 0; d < dim; d++) {
-      at[d] = x[d][i] - wall->displacement[d];
-      speed2 += (v[d][i] - wall->velocity[d]) * (v[d][i] - wall->velocity[d]);
-    }
+    double at[SPHI_MAX_DIM], foot[SPHI_MAX_DIM], wall_velocity[SPHI_MAX_DIM], speed2 = 0;
+    for (int d = 0; d < dim; d++) at[d] = x[d][i];
+    sphi_wall_velocity_at(wall, dim, at, wall_velocity, NULL);
+    for (int d = 0; d < dim; d++) speed2 += pow(v[d][i] - wall_velocity[d], 2);
     /* What crossed did so within this step, in which it moved less than a spacing. */
     const double bound = fmax(flow->particles->spacing, 2 * sqrt(speed2) * dt);
     const double far = fmax(bound, WCSPH_CLEAR * flow->particles->spacing);
-    const double distance = distance_to(boundary->wall[k], at, far, foot);
+    const double distance = sphi_wall_foot_now(boundary->wall[k], wall, at, far, foot);
     *clear = fmin(*clear, fmin(fabs(distance), far));
     if (fabs(distance) > bound || distance == bound || distance == 0) continue;
     if (distance <= -depth) return CONTACT_CROSSED;
     double away = 0, off[SPHI_MAX_DIM]; /* speed off the wall, unit vector off the wall */
     for (int d = 0; d < dim; d++) {
       off[d] = (at[d] - foot[d]) / distance;
-      away += (v[d][i] - wall->velocity[d]) * off[d];
+      away += (v[d][i] - wall_velocity[d]) * off[d];
     }
     if (distance < 0) {
       *clear = 0;
-      for (int d = 0; d < dim; d++)
-        x[d][i] = foot[d] + wall->displacement[d] + 1e-3 * reach * off[d];
+      for (int d = 0; d < dim; d++) x[d][i] = foot[d] + 1e-3 * reach * off[d];
     }
     const double slowest = distance < reach ? 0 : -distance / dt;
     if (away >= slowest) continue;

@@ -345,12 +345,7 @@ static sph_status step_rk4(sph_integrator *flow, double dt) {
 }
 
 double sphi_wcsph_wall_speed(const wcsph *w) {
-  double most = 0;
-  for (int k = 0; w->boundary && k < w->boundary->walls; k++) {
-    const double *v = w->boundary->state[k].velocity;
-    most = fmax(most, sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
-  }
-  return most;
+  return w->boundary ? sphi_boundary_speed(w->boundary) : 0;
 }
 
 /* How far a particle or wall may come in a time step. */
@@ -364,6 +359,11 @@ sph_status sphi_wcsph_step(sph_integrator *flow, double dt) {
   const double begin = sphi_seconds();
   const double others =
       flow->stats.seconds_pack + flow->stats.seconds_boundary + flow->stats.seconds_pairs;
+  if (w->boundary && sphi_boundary_is_driven(w->boundary)) {
+    /* Before the first step nothing has pushed yet. */
+    if (flow->stats.steps == 0) SPH_TRY(update_ghosts(flow, flow->stats.time));
+    SPH_TRY(sphi_boundary_drive(w->boundary, flow->stats.time, dt));
+  }
   w->packed = false;
   w->travel = travel_in(flow, dt);
   if (flow->stats.max_speed * dt > flow->particles->spacing) {
@@ -437,10 +437,13 @@ static sph_status build(sph_integrator *flow) {
   }
   /* Two particles come nearer by twice what one travels; walls at rest do not come to meet it. */
   const double margin = (moves ? 1 : 0.5) * (radius - flow->kernel->support);
+  /* What one wall mirrors for another comes by up to twice the other's way. */
+  const double mirrored = (moves && w->boundary->walls > 1 ? 1.5 : 1) * margin;
   SPH_TRY(sphi_list_build(flow->context, &w->ghost_list, &flow->frame, &flow->clusters,
                           &w->boundary->columns, flow->kernel->support + margin));
   SPH_TRY(sphi_boundary_list(w->boundary, &flow->frame, flow->variant, &flow->columns,
-                             w->boundary->interpolator->kernel->support + margin, &w->ghost_list));
+                             w->boundary->interpolator->kernel->support + mirrored,
+                             &w->ghost_list));
   flow->stats.seconds_search += sphi_seconds() - begin;
   return SPH_OK;
 }
