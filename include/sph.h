@@ -4,6 +4,7 @@
 #ifndef SPH_H
 #define SPH_H
 
+#include <sph/body.h>
 #include <sph/boundary.h>
 #include <sph/context.h>
 #include <sph/error.h>

@@ -5,7 +5,7 @@
 #ifndef SPH_WALL_H
 #define SPH_WALL_H
 
-#include <sph/types.h>
+#include <sph/body.h>
 
 SPH_BEGIN_DECLS
 
@@ -178,6 +178,19 @@ SPH_API SPH_NODISCARD sph_status sph_wall_set_rotation(sph_wall *wall, const dou
  */
 SPH_API SPH_NODISCARD sph_status sph_wall_set_driver(sph_wall *wall, sph_wall_driver driver,
                                                      void *user);
+
+/** Let a body move the wall along a direction, by the part along it of the water's force: a driver.
+ *
+ * Shape      direction [dim], a unit vector
+ * Ownership  holds a reference to body, which moves one wall at most and which the flow then moves;
+ *            copies direction
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT a NULL, direction not a unit vector to 1e-6, the wall has a prescribed motion
+ *            or a driver, the body moves another wall or is of another context
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_wall_set_body(sph_wall *wall, sph_body *body,
+                                                   const double *direction);
 
 /** Dimension of the wall, 2 or 3; 0 if wall is NULL.
  *

@@ -9,6 +9,7 @@ void sph_wall_destroy(sph_wall **wall) {
   *wall = NULL;
   if (--dead->references > 0) return;
   sph_context *context = dead->context;
+  sph_body_destroy(&dead->body);
   sphi_free(context, dead->name);
   sphi_free(context, dead->facet);
   sphi_free(context, dead->wedge);
@@ -82,8 +83,53 @@ sph_status sph_wall_set_driver(sph_wall *wall, sph_wall_driver driver, void *use
   if (!wall) return SPH_E_ARGUMENT;
   SPH_CHECK(wall->context, !driver || !wall->motion, SPH_E_ARGUMENT,
             "wall \"%s\": it has a prescribed motion, a driver cannot give it another", wall->name);
+  SPH_CHECK(wall->context, !wall->body, SPH_E_ARGUMENT, "wall \"%s\": a body moves it", wall->name);
   wall->driver = driver;
   wall->driver_user = user;
+  return SPH_OK;
+}
+
+static void show_body(const sph_wall *wall, double *displacement, double *velocity,
+                      double *acceleration) {
+  double x = 0, v = 0, a = 0;
+  (void)sph_body_get_state(wall->body, &x, &v, &a, NULL);
+  for (int d = 0; d < wall->dim; d++) {
+    displacement[d] = x * wall->direction[d];
+    velocity[d] = v * wall->direction[d];
+    acceleration[d] = a * wall->direction[d];
+  }
+}
+
+static sph_status drive_by_body(double t, double dt, const double *force, double *displacement,
+                                double *velocity, double *acceleration, void *user) {
+  const sph_wall *wall = user;
+  double along = 0;
+  (void)t;
+  for (int d = 0; d < wall->dim; d++) along += force[d] * wall->direction[d];
+  SPH_TRY(sph_body_advance(wall->body, along, dt));
+  show_body(wall, displacement, velocity, acceleration);
+  return SPH_OK;
+}
+
+sph_status sph_wall_set_body(sph_wall *wall, sph_body *body, const double *direction) {
+  if (!wall) return SPH_E_ARGUMENT;
+  sph_context *context = wall->context;
+  SPH_CHECK(context, body && direction, SPH_E_ARGUMENT, "wall \"%s\": %s is NULL", wall->name,
+            body ? "direction" : "body");
+  double length2 = 0;
+  for (int d = 0; d < wall->dim; d++) length2 += direction[d] * direction[d];
+  SPH_CHECK(context, fabs(length2 - 1) <= 2e-6, SPH_E_ARGUMENT,
+            "wall \"%s\": direction must be a unit vector, its length is %g", wall->name,
+            sqrt(length2));
+  SPH_TRY(sph_wall_set_driver(wall, drive_by_body, wall));
+  const sph_status status = sphi_body_take(body, context, wall->name);
+  if (status != SPH_OK) {
+    wall->driver = NULL;
+    return status;
+  }
+  wall->body = body;
+  memcpy(wall->direction, direction, (size_t)wall->dim * sizeof *direction);
+  show_body(wall, wall->to.displacement, wall->to.velocity, wall->to.acceleration);
   return SPH_OK;
 }
 
@@ -172,6 +218,7 @@ sph_status sphi_wall_drive(sph_wall *wall, double t, double dt, const double *fo
   wall->from.t = t;
   const sph_status status = wall->driver(t, dt, force, next.displacement, next.velocity,
                                          next.acceleration, wall->driver_user);
+  if (status != SPH_OK && wall->body) return status;
   SPH_CHECK(wall->context, status == SPH_OK, status,
             "wall \"%s\": its driver stopped the run at t = %g s", wall->name, t);
   SPH_TRY(check_motion(wall, t + dt, "displacement", wall->dim, next.displacement));

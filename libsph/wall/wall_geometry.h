@@ -2,6 +2,7 @@
 #ifndef SPHI_WALL_GEOMETRY_H
 #define SPHI_WALL_GEOMETRY_H
 
+#include "body/body_impl.h"
 #include "wall/wall_impl.h"
 
 #define SPHI_WALL_PI 3.14159265358979323846
@@ -54,6 +55,8 @@ struct sph_wall {
   sph_wall_driver driver;
   void *driver_user;
   sphi_wall_drive_state from, to; /* of the driven step */
+  sph_body *body;                 /* of the driver, or NULL */
+  double direction[3];
   int facets;
   sphi_wall_facet *facet;
   int64_t wedges, wedge_capacity;
