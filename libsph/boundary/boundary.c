@@ -35,6 +35,7 @@ void sph_boundary_destroy(sph_boundary **boundary) {
   free_arrays(dead);
   sphi_free(context, dead->chosen);
   sphi_free(context, dead->wet);
+  sphi_free(context, dead->kept);
   sphi_free(context, dead->record);
   sphi_free(context, dead->wall_of);
   sphi_ghost_points_free(context, &dead->points);
@@ -553,10 +554,42 @@ static sph_status fill_wet(sph_boundary *boundary, const sphi_variant *variant) 
   return SPH_OK;
 }
 
+/* Keeps the values of wet ghosts apart; returns SPH_E_MEMORY if there is no room. */
+static sph_status keep_values(sph_boundary *boundary, int32_t *count) {
+  SPH_CHECK(boundary->context,
+            sphi_reserve(boundary->context, (void **)&boundary->kept, &boundary->kept_capacity,
+                         boundary->wet_count, sizeof *boundary->kept),
+            SPH_E_MEMORY, "boundary: no memory for %d ghosts", boundary->wet_count);
+  *count = boundary->wet_count;
+  for (int32_t k = 0; k < boundary->wet_count; k++) {
+    const sphi_wet_ghost *wet = &boundary->wet[k];
+    sphi_ghost_values *kept = &boundary->kept[k];
+    *kept = (sphi_ghost_values){wet->ghost, wet->rung, wet->p, wet->wall_pressure, {0}};
+    memcpy(kept->v, wet->v, sizeof kept->v);
+  }
+  return SPH_OK;
+}
+
+/* Gives them back: what is asked of the last evaluation outlives new lists. */
+static void restore_values(sph_boundary *boundary, int32_t count) {
+  for (int32_t k = 0; k < count; k++) {
+    const sphi_ghost_values *kept = &boundary->kept[k];
+    const int32_t place = boundary->place[kept->ghost];
+    if (place < 0) continue;
+    sphi_wet_ghost *wet = &boundary->wet[place];
+    wet->rung = kept->rung;
+    wet->p = kept->p;
+    wet->wall_pressure = kept->wall_pressure;
+    memcpy(wet->v, kept->v, sizeof wet->v);
+  }
+}
+
 sph_status sphi_boundary_list(sph_boundary *boundary, const sphi_frame *frame,
                               const sphi_variant *variant, const sphi_columns *fluid, double radius,
                               sphi_list *near) {
   sph_context *context = boundary->context;
+  int32_t kept = 0;
+  SPH_TRY(keep_values(boundary, &kept));
   SPH_TRY(choose(boundary, near));
   place_mirrors(boundary);
   SPH_TRY(sphi_gather_cut(
@@ -565,6 +598,7 @@ sph_status sphi_boundary_list(sph_boundary *boundary, const sphi_frame *frame,
   SPH_TRY(sphi_gather_list_wet(context, &boundary->mirrors, frame, boundary->interpolator, fluid,
                                radius, variant, boundary->chosen));
   SPH_TRY(fill_wet(boundary, variant));
+  restore_values(boundary, kept);
   list_wet(boundary, near);
   return SPH_OK;
 }

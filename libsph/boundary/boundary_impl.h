@@ -32,6 +32,13 @@ typedef struct sphi_wet_ghost {
   double p, wall_pressure, v[SPHI_MAX_DIM];
 } sphi_wet_ghost;
 
+/* The values of a wet ghost, while lists are made anew. */
+typedef struct sphi_ghost_values {
+  int32_t ghost;
+  uint8_t rung;
+  double p, wall_pressure, v[SPHI_MAX_DIM];
+} sphi_ghost_values;
+
 struct sph_boundary {
   sph_context *context;
   int references;
@@ -63,8 +70,9 @@ struct sph_boundary {
   sphi_wet_ghost *wet;
   int32_t wet_count;
   void *record;
-  bool moved; /* since the places in the records */
-  int64_t chosen_capacity, wet_capacity, record_capacity;
+  bool moved;              /* since the places in the records */
+  sphi_ghost_values *kept; /* scratch */
+  int64_t chosen_capacity, wet_capacity, record_capacity, kept_capacity;
 };
 
 void sphi_boundary_retain(sph_boundary *boundary);
