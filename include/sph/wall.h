@@ -34,7 +34,8 @@ typedef void (*sph_wall_rotation)(double t, double *angle, double *rate, double 
                                   void *user);
 
 /** Motion of a wall by the water's force on it, from one step to the next: called once a step, before
- * anything moves, with the force at time t [dim, N, in 2D N/m; positive towards the solid]. Displacement
+ * anything moves, with the force in the middle of the step [dim, N, in 2D N/m; positive towards the
+ * solid], put on from the evaluations before. Displacement
  * from where the wall was created [m], velocity [m/s] and acceleration [m/s^2], each [dim], hold the
  * state at t (zero at first) and are to hold that at t + dt on return. A status that is not SPH_OK ends
  * the step with it.

@@ -220,8 +220,8 @@ sph_status sphi_boundary_prepare(sph_boundary *boundary) {
   sph_context *context = boundary->context;
   const int32_t n = (int32_t)boundary->points.n;
   const int dim = boundary->dim;
-  boundary->wet_count = boundary->mirrors.n = 0;
   if (boundary->ordered != n) {
+    boundary->wet_count = boundary->mirrors.n = 0;
     free_arrays(boundary);
     bool ok = true;
     for (int d = 0; d < dim; d++) {
@@ -241,6 +241,7 @@ sph_status sphi_boundary_prepare(sph_boundary *boundary) {
       free_arrays(boundary);
       return status;
     }
+    for (int32_t k = 0; k < n; k++) boundary->place[k] = -1;
     boundary->ordered = n;
   }
   for (int w = 0; w < boundary->walls; w++) boundary->arm[w] = 0;
@@ -250,9 +251,9 @@ sph_status sphi_boundary_prepare(sph_boundary *boundary) {
     for (int d = 0; d < dim; d++)
       arm2 += pow(boundary->points.x[(int64_t)dim * k + d] - boundary->state[wall].pivot[d], 2);
     boundary->arm[wall] = fmax(boundary->arm[wall], sqrt(arm2));
-    boundary->place[k] = -1;
   }
   boundary->in_use = true;
+  boundary->known = false;
   return SPH_OK;
 }
 
@@ -269,12 +270,20 @@ bool sphi_boundary_is_driven(const sph_boundary *boundary) {
 }
 
 sph_status sphi_boundary_drive(sph_boundary *boundary, double t, double dt) {
+  const double now = boundary->evaluated, ago = now - boundary->before;
+  const double ahead = boundary->known && ago > 0 ? (t + 0.5 * dt - now) / ago : 0;
   for (int w = 0; w < boundary->walls; w++) {
-    double force[SPHI_MAX_DIM];
+    double force[SPHI_MAX_DIM], middle[SPHI_MAX_DIM];
     if (!sphi_wall_is_driven(boundary->wall[w])) continue;
     SPH_TRY(sph_boundary_read_force(boundary, w, force));
-    SPH_TRY(sphi_wall_drive(boundary->wall[w], t, dt, force));
+    for (int d = 0; d < boundary->dim; d++) {
+      middle[d] = force[d] + ahead * (force[d] - boundary->force[w][d]);
+      boundary->force[w][d] = force[d];
+    }
+    SPH_TRY(sphi_wall_drive(boundary->wall[w], t, dt, middle));
   }
+  boundary->before = now;
+  boundary->known = true;
   return SPH_OK;
 }
 
@@ -705,6 +714,7 @@ void sphi_boundary_update(sph_boundary *boundary, const sphi_frame *frame,
     thin += work->rung[k] != 0 && work->gamma[k] < boundary->thin;
   }
   boundary->moved = false;
+  boundary->evaluated = t;
   sph_boundary_counts *counts = &boundary->counts;
   *counts = (sph_boundary_counts){.ghosts = boundary->points.n,
                                   .active = n - by_type[0],

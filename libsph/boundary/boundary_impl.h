@@ -70,7 +70,10 @@ struct sph_boundary {
   sphi_wet_ghost *wet;
   int32_t wet_count;
   void *record;
-  bool moved;              /* since the places in the records */
+  bool moved;       /* since the places in the records */
+  double evaluated; /* time of the last evaluation */
+  bool known;       /* forces on driven walls at a time before: */
+  double force[SPHI_MAX_WALLS][SPHI_MAX_DIM], before;
   sphi_ghost_values *kept; /* scratch */
   int64_t chosen_capacity, wet_capacity, record_capacity, kept_capacity;
 };
@@ -81,7 +84,8 @@ sph_status sphi_boundary_prepare(sph_boundary *boundary);
 bool sphi_boundary_moves(const sph_boundary *boundary);
 /* Of the fastest place of a wall that has ghosts [m/s]. */
 double sphi_boundary_speed(const sph_boundary *boundary);
-/* Motion of driven walls from t to t + dt, by the forces of the last evaluation. */
+/* Motion of driven walls from t to t + dt, by the forces of the last two evaluations before steps, put on
+ * to the middle of this one: a force that lags feeds sound waves between walls. */
 bool sphi_boundary_is_driven(const sph_boundary *boundary);
 sph_status sphi_boundary_drive(sph_boundary *boundary, double t, double dt);
 /* Share of the volume of ghost k, as it stands now, that it has to itself beside other walls' ghosts. */

@@ -89,15 +89,16 @@ sph_status sph_wall_set_driver(sph_wall *wall, sph_wall_driver driver, void *use
   return SPH_OK;
 }
 
-static void show_body(const sph_wall *wall, double *displacement, double *velocity,
-                      double *acceleration) {
-  double x = 0, v = 0, a = 0;
-  (void)sph_body_get_state(wall->body, &x, &v, &a, NULL);
+static sph_status show_body(const sph_wall *wall, double *displacement, double *velocity,
+                            double *acceleration) {
+  double x, v, a;
+  SPH_TRY(sph_body_get_state(wall->body, &x, &v, &a, NULL));
   for (int d = 0; d < wall->dim; d++) {
     displacement[d] = x * wall->direction[d];
     velocity[d] = v * wall->direction[d];
     acceleration[d] = a * wall->direction[d];
   }
+  return SPH_OK;
 }
 
 static sph_status drive_by_body(double t, double dt, const double *force, double *displacement,
@@ -107,8 +108,7 @@ static sph_status drive_by_body(double t, double dt, const double *force, double
   (void)t;
   for (int d = 0; d < wall->dim; d++) along += force[d] * wall->direction[d];
   SPH_TRY(sph_body_advance(wall->body, along, dt));
-  show_body(wall, displacement, velocity, acceleration);
-  return SPH_OK;
+  return show_body(wall, displacement, velocity, acceleration);
 }
 
 sph_status sph_wall_set_body(sph_wall *wall, sph_body *body, const double *direction) {
@@ -129,8 +129,7 @@ sph_status sph_wall_set_body(sph_wall *wall, sph_body *body, const double *direc
   }
   wall->body = body;
   memcpy(wall->direction, direction, (size_t)wall->dim * sizeof *direction);
-  show_body(wall, wall->to.displacement, wall->to.velocity, wall->to.acceleration);
-  return SPH_OK;
+  return show_body(wall, wall->to.displacement, wall->to.velocity, wall->to.acceleration);
 }
 
 bool sphi_wall_moves(const sph_wall *wall) {
