@@ -14,12 +14,14 @@
 #include <sph/interpolator.h>
 #include <sph/kernel.h>
 #include <sph/output.h>
+#include <sph/paddle.h>
 #include <sph/particles.h>
 #include <sph/probe.h>
 #include <sph/search.h>
 #include <sph/types.h>
 #include <sph/version.h>
 #include <sph/wall.h>
+#include <sph/wave.h>
 #include <sph/wcsph.h>
 
 #endif

@@ -25,5 +25,7 @@ typedef struct sph_boundary sph_boundary;
 typedef struct sph_integrator sph_integrator;
 typedef struct sph_probe sph_probe;
 typedef struct sph_output sph_output;
+typedef struct sph_wave sph_wave;
+typedef struct sph_paddle sph_paddle;
 
 #endif
