@@ -221,6 +221,54 @@ static bool nowhere(const double *x, void *user) {
   return false;
 }
 
+static double hill(const double *x, void *user) {
+  const double *level = user;
+  return level[0] + level[1] * x[0] * (level[2] != 0 ? 1 + level[2] * x[1] : 1);
+}
+
+/* Under a slope: the volume by the midpoint rule, the highest layer half its thickness below the
+ * surface, layers within 1/(2 n) of the spacing. */
+static void surfaces_are_met(void) {
+  for (int dim = 2; dim <= 3; dim++) {
+    bench b;
+    set_up(&b, dim, 0.1);
+    const double lo[3] = {0, dim == 2 ? 0.2 : -1, 0.2}, hi[3] = {2, dim == 2 ? 5 : 1, 5};
+    double level[3] = {1.23, 0.3, dim == 3 ? 0.1 : 0}, bad[3] = {NAN, 0, 0};
+    SPH_TEST_OK(b.context, sph_particles_fill_surface(b.p, lo, hi, hill, level, 1000));
+    const sph_index n = sph_particles_count(b.p);
+    double *x = calloc((size_t)n * 3, sizeof *x), *volume = calloc((size_t)n, sizeof *volume);
+    double *mass = calloc((size_t)n, sizeof *mass), sum = 0, top_gap = 0;
+    CU_ASSERT_FATAL(x != NULL && volume != NULL && mass != NULL);
+    SPH_TEST_OK(b.context, sph_particles_read(b.p, SPH_POSITION, x, (int64_t)n * dim));
+    SPH_TEST_OK(b.context, sph_particles_read(b.p, SPH_VOLUME, volume, n));
+    SPH_TEST_OK(b.context, sph_particles_read(b.p, SPH_MASS, mass, n));
+    for (sph_index i = 0; i < n; i++) {
+      const double *at = x + (int64_t)i * dim, z = at[dim - 1];
+      const double high = volume[i] / pow(0.1, dim - 1), s = hill(at, level);
+      sum += volume[i];
+      CU_ASSERT(fabs(high / 0.1 - 1) <= 0.1 / (2 * (s - 0.2)) * 1.1);
+      SPH_TEST_CLOSE(mass[i], 1000 * volume[i], 1e-15, 0);
+      const bool highest = i == n - 1 || x[((int64_t)i + 1) * dim + dim - 1] < z;
+      if (highest) top_gap = fmax(top_gap, fabs(z + 0.5 * high - s));
+    }
+    const double breadth = dim == 2 ? 1 : 2;
+    SPH_TEST_CLOSE(sum, breadth * (2 * (1.23 - 0.2) + 0.3 * 2), 1e-12, 0);
+    SPH_TEST_BELOW(top_gap, 1e-12);
+    REFUSED(sph_particles_fill_surface(b.p, lo, hi, NULL, NULL, 1), "surface must not be NULL");
+    REFUSED(sph_particles_fill_surface(b.p, lo, hi, hill, bad, 1), "got nan m at (0.05");
+    bad[0] = 5.1;
+    REFUSED(sph_particles_fill_surface(b.p, lo, hi, hill, bad, 1), "not above 5 m, got 5.1");
+    bad[0] = 0.24;
+    REFUSED(sph_particles_fill_surface(b.p, lo, hi, hill, bad, 1), "no column reaches");
+    REFUSED(sph_particles_fill_surface(b.p, lo, hi, hill, level, 1000), "overlapping");
+    REFUSED(sph_particles_fill_surface(b.p, lo, hi, hill, level, -1), "density");
+    CU_ASSERT_EQUAL(sph_particles_fill_surface(NULL, lo, hi, hill, level, 1), SPH_E_ARGUMENT);
+    CU_ASSERT_EQUAL(sph_particles_count(b.p), n);
+    free(x), free(volume), free(mass);
+    tear_down(&b);
+  }
+}
+
 static void half_spaces_equal_the_predicate(void) {
   const double lo[3] = {-0.5, 0.1, 2}, hi[3] = {0.7, 1.3, 2.8};
   const double points2[] = {0.113, 0.3, -0.21, 0.77}, normals2[] = {0.31, 0.9, 7, -3.3};
@@ -339,6 +387,7 @@ SPH_TEST_MAIN("particles_fill",
               {"polygons with a common edge neither overlap nor leave a gap",
                polygons_share_an_edge},
               {"bad polygons are refused", bad_polygons_are_refused},
+              {"columns fill up to a surface", surfaces_are_met},
               {"half spaces equal the same predicate", half_spaces_equal_the_predicate},
               {"points on a plane are inside; bad planes are refused", planes_own_their_points},
               {"fluid overlapping itself is refused", overlap_is_refused},

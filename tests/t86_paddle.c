@@ -707,7 +707,7 @@ static void drives_a_wall(void) {
   }
   sph_wall_destroy(&wall);
   sph_paddle_destroy(&paddle);
-  /* A wall cannot turn. */
+  /* A flap turns a wall about its hinge: still water level moves by the displacement. */
   paddle = new_regular(1, 0.05, 1.6, 0.4);
   SPH_TEST_OK(context, sph_paddle_set_flap(paddle, 0));
   double u[3] = {0}, v[3] = {0}, w[3] = {0};
@@ -716,6 +716,21 @@ static void drives_a_wall(void) {
   u[0] = 0;
   sph_paddle_motion(1, u, v, w, NULL);
   CU_ASSERT(isnan(u[0]));
+  const double hinge[2] = {0, 0};
+  SPH_TEST_OK(context, sph_wall_create_polyline(context, 2, xy, false, &wall));
+  SPH_TEST_OK(context, sph_wall_set_rotation(wall, hinge, NULL, sph_paddle_rotation, paddle));
+  for (int k = 1; k <= 20; k++) {
+    const double t = 0.17 * k, level[2] = {at(paddle, t).x, 0.4}, ahead[2] = {level[0] + 0.01, 0.4};
+    double distance;
+    CU_ASSERT(level[0] != 0);
+    SPH_TEST_OK(context, sph_wall_distance(wall, t, level, &distance));
+    SPH_TEST_CLOSE(distance, 0, 0, 1e-15);
+    SPH_TEST_OK(context, sph_wall_distance(wall, t, ahead, &distance));
+    SPH_TEST_CLOSE(distance, 0.01 * 0.4 / hypot(0.4, level[0]), 1e-12, 0);
+  }
+  sph_wall_destroy(&wall);
+  sph_paddle_rotation(1, &u[0], &v[0], &w[0], NULL);
+  CU_ASSERT(isnan(u[0]) && isnan(v[0]) && isnan(w[0]));
   sph_paddle_destroy(&paddle);
   stop();
 }

@@ -342,6 +342,21 @@ SPH_API SPH_NODISCARD sph_status sph_paddle_angle_at(const sph_paddle *paddle, d
 SPH_API void sph_paddle_motion(double t, double *displacement, double *velocity,
                                double *acceleration, void *paddle);
 
+/** The rotation of a wall that is a flap: sph_wall_set_rotation(wall, hinge, NULL, sph_paddle_rotation,
+ * paddle), with the water on the +x side.
+ *
+ * Writes minus the angle of sph_paddle_angle_at(): a flap that leans towards +x has turned clockwise,
+ * which is negative in 2D. In 3D, z up, the axis is (0, -1, 0). A piston gives NaN, which the wall refuses.
+ *
+ * Units      t s; rad, rad s^-1, rad s^-2
+ * Ownership  paddle is a sph_paddle, which must live as long as the wall
+ * Parallel   thread-safe for reading if a caller's function is
+ * Errors     none; NULL gives NaN
+ * Since      0.1
+ */
+SPH_API void sph_paddle_rotation(double t, double *angle, double *rate, double *acceleration,
+                                 void *paddle);
+
 /** How far the paddle moves: solitary waves, from rest to rest; regular waves and time series,
  * between the extremes; irregular waves, 4 standard deviations; focused waves, the sum of the
  * components' strokes, which no time exceeds. NaN for a caller's function and NULL.

@@ -23,6 +23,11 @@ SPH_BEGIN_DECLS
  */
 typedef bool (*sph_inside_function)(const double *x, void *user);
 
+/** Level of a surface, along the last direction [m], above a place x [dim - 1] in m; user is what the
+ * caller gave along. It must not call the library on the set that is being filled.
+ */
+typedef double (*sph_surface_function)(const double *x, void *user);
+
 /** Create an empty set of particles, called "particles" until it is named.
  *
  * Units      dim 2 or 3; spacing in m, the distance of neighbours at rest, 1e-100 to 1e100
@@ -221,6 +226,30 @@ SPH_API SPH_NODISCARD sph_status sph_particles_fill_predicate(sph_particles *par
                                                               const double *lo, const double *hi,
                                                               sph_inside_function inside,
                                                               void *user, double density);
+
+/** Fill from a level bed up to a surface: in each column of the lattice as many equal layers as fit best,
+ * so that the surface is met exactly and particles differ little in mass.
+ *
+ *     columns as in sph_particles_fill_box (1), s the surface above the middle of the column          (1)
+ *     n = round((s - lo) / dx) layers, z = lo + (k + 1/2) (s - lo)/n,  k = 0 ... n - 1             (2)
+ *     volume = dx^(dim-1) (s - lo)/n,  mass = density volume                                          (3)
+ *
+ * Columns of less than half a spacing stay empty. The last element of lo is the bed's, that of hi a level
+ * above the surface.
+ *
+ * Shape      lo, hi [dim]
+ * Units      lo, hi m; density kg/m^3
+ * Ownership  borrows all arguments; surface is called twice a column
+ * Parallel   not while another call uses the context; surface runs on the calling thread
+ * Errors     as sph_particles_fill_box; SPH_E_ARGUMENT surface is NULL, a level is not finite or above
+ *            hi, no column is filled
+ * Source     own; differs: none
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_particles_fill_surface(sph_particles *particles,
+                                                            const double *lo, const double *hi,
+                                                            sph_surface_function surface,
+                                                            void *user, double density);
 
 /** Add particles at any positions, at rest and without pressure; volume and mass as
  * sph_particles_fill_box (2).

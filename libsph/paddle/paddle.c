@@ -161,22 +161,42 @@ sph_status sph_paddle_at(const sph_paddle *paddle, double t, double *displacemen
   return SPH_OK;
 }
 
+/* A flap's displacement at still water level and its rates into angles: tan(angle) = q, differentiated
+ * twice. */
+static void turn_motion(const sph_paddle *paddle, double *motion) {
+  double q[3];
+  for (int k = 0; k < 3; k++) q[k] = motion[k] / (paddle->depth - paddle->hinge);
+  const double w = 1 / (1 + q[0] * q[0]);
+  motion[0] = atan(q[0]);
+  motion[1] = q[1] * w;
+  motion[2] = (q[2] - 2 * q[0] * q[1] * q[1] * w) * w;
+}
+
 sph_status sph_paddle_angle_at(const sph_paddle *paddle, double t, double *angle, double *rate,
                                double *acceleration) {
   if (!paddle) return SPH_E_ARGUMENT;
   SPH_CHECK(paddle->context, paddle->flap, SPH_E_TYPE,
             "paddle \"%s\": a piston has no angle; call sph_paddle_set_flap() for a flap",
             name_of(paddle));
-  double q[3];
-  SPH_TRY(checked_motion(paddle, t, q));
-  const double arm = paddle->depth - paddle->hinge;
-  for (int k = 0; k < 3; k++) q[k] /= arm;
-  /* tan(angle) = q, differentiated twice */
-  const double w = 1 / (1 + q[0] * q[0]);
-  if (angle) *angle = atan(q[0]);
-  if (rate) *rate = q[1] * w;
-  if (acceleration) *acceleration = (q[2] - 2 * q[0] * q[1] * q[1] * w) * w;
+  double motion[3];
+  SPH_TRY(checked_motion(paddle, t, motion));
+  turn_motion(paddle, motion);
+  if (angle) *angle = motion[0];
+  if (rate) *rate = motion[1];
+  if (acceleration) *acceleration = motion[2];
   return SPH_OK;
+}
+
+void sph_paddle_rotation(double t, double *angle, double *rate, double *acceleration, void *user) {
+  const sph_paddle *paddle = user;
+  double motion[3] = {NAN, NAN, NAN};
+  if (paddle && paddle->flap) {
+    motion_at(paddle, t, motion);
+    turn_motion(paddle, motion);
+  }
+  *angle = -motion[0];
+  *rate = -motion[1];
+  *acceleration = -motion[2];
 }
 
 void sph_paddle_motion(double t, double *displacement, double *velocity, double *acceleration,

@@ -106,6 +106,81 @@ sph_status sph_particles_fill_predicate(sph_particles *particles, const double *
   return fill(particles, lo, hi, density, inside, user);
 }
 
+/* Layers of a column whose middle is at x [dim - 1], and their thickness. */
+static sph_status find_layers(const sph_particles *particles, const lattice *at, double top,
+                              const double *x, sph_surface_function surface, void *user,
+                              int64_t *layers, double *thickness) {
+  const int up = at->dim - 1;
+  const double level = surface(x, user), height = level - at->lo[up];
+  SPH_CHECK(
+      particles->context, isfinite(level) && level <= top, SPH_E_ARGUMENT,
+      "particles \"%s\": the surface must be finite and not above %g m, got %g m at (%g, %g) m",
+      particles->name, top, level, x[0], at->dim == 3 ? x[1] : 0.0);
+  *layers = height > 0 ? (int64_t)floor(height / at->dx + 0.5) : 0;
+  *thickness = *layers > 0 ? height / (double)*layers : 0;
+  return SPH_OK;
+}
+
+sph_status sph_particles_fill_surface(sph_particles *particles, const double *lo, const double *hi,
+                                      sph_surface_function surface, void *user, double density) {
+  if (!particles) return SPH_E_ARGUMENT;
+  sph_context *context = particles->context;
+  lattice at;
+  SPH_CHECK(context, surface, SPH_E_ARGUMENT, "particles \"%s\": surface must not be NULL",
+            particles->name);
+  SPH_TRY(sphi_particles_check_density(particles, density));
+  SPH_TRY(make_lattice(particles, lo, hi, &at));
+  const int dim = at.dim;
+  const int64_t rows = dim == 3 ? at.n[1] : 1;
+  double *x = NULL, *thickness = NULL;
+  int64_t count = 0;
+  sph_status status = SPH_OK;
+  for (int pass = 0; pass < 2 && status == SPH_OK; pass++) { /* counts, then fills */
+    if (pass == 1) {
+      status = sphi_particles_check_room(particles, (double)count);
+      if (status == SPH_OK && count == 0)
+        status = SPHI_ERROR(context, SPH_E_ARGUMENT,
+                            "particles \"%s\": no column reaches half a spacing of %g m",
+                            particles->name, at.dx);
+      if (status != SPH_OK) break;
+      x = SPHI_NEW(context, count * dim, double);
+      thickness = SPHI_NEW(context, count, double);
+      if (!x || !thickness) {
+        status = SPHI_ERROR(context, SPH_E_MEMORY, "particles \"%s\": no memory for %lld positions",
+                            particles->name, (long long)count);
+        break;
+      }
+    }
+    int64_t next = 0;
+    for (int64_t c = 0; c < at.n[0] * rows && status == SPH_OK; c++) {
+      const double middle[2] = {at.lo[0] + ((double)(c / rows) + 0.5) * at.dx,
+                                at.lo[1] + ((double)(c % rows) + 0.5) * at.dx};
+      int64_t layers = 0;
+      double high = 0;
+      status = find_layers(particles, &at, hi[dim - 1], middle, surface, user, &layers, &high);
+      for (int64_t k = 0; k < layers && status == SPH_OK; k++, next++) {
+        if (pass == 0 || next >= count) continue; /* a surface that changed cannot write beyond */
+        memcpy(x + next * dim, middle, (size_t)(dim - 1) * sizeof *x);
+        x[next * dim + dim - 1] = at.lo[dim - 1] + ((double)k + 0.5) * high;
+        thickness[next] = high;
+      }
+    }
+    count = pass == 0 || next < count ? next : count;
+  }
+  if (status == SPH_OK)
+    status = sphi_particles_check_distance(particles, count, x, 0.5 * particles->spacing, false);
+  if (status == SPH_OK) status = sphi_particles_append(particles, count, x, density);
+  for (int64_t k = 0; k < count && status == SPH_OK; k++) {
+    const sph_index i = particles->slot[particles->n - count + k];
+    double *volume = &particles->field[SPHI_VOL].data[0][i];
+    *volume *= thickness[k] / at.dx;
+    particles->field[SPHI_M].data[0][i] = density * *volume;
+  }
+  sphi_free(context, x);
+  sphi_free(context, thickness);
+  return status;
+}
+
 typedef struct half_spaces {
   int dim, planes;
   double touch;
