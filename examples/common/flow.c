@@ -3,6 +3,14 @@
 
 #include <stdlib.h>
 
+double *example_flow_read(const example_flow *f, const char *field, int components) {
+  sph_context *context = f->context;
+  const int64_t n = sph_particles_count(f->water) * components;
+  double *values = example_numbers(n);
+  OK(sph_particles_read(f->water, field, values, n));
+  return values;
+}
+
 void example_flow_open(const example_scheme *s, int dim, double dx, example_flow *f) {
   sph_context *context = NULL;
   sph_kernel_type kernel;
@@ -24,6 +32,8 @@ void example_flow_solve(const example_scheme *s, double c0, example_flow *f) {
   OK(sph_interpolator_find(context, s->interpolator, &interpolator));
   OK(sph_interpolator_create(context, interpolator, f->kernel, &f->interpolator));
   OK(sph_boundary_create(context, f->tank, dx, f->interpolator, &f->ghosts));
+  for (int k = 0; k < EXAMPLE_WALLS; k++)
+    if (f->more[k]) OK(sph_boundary_add_wall(f->ghosts, f->more[k]));
   OK(sph_wcsph_create(context, f->kernel, f->water, f->ghosts, &f->integrator));
   OK(sph_wcsph_set_sound_speed(f->integrator, c0));
   OK(sph_wcsph_set_artificial_viscosity(f->integrator, s->alpha));
@@ -42,6 +52,7 @@ void example_flow_destroy(example_flow *f) {
   sph_integrator_destroy(&f->integrator);
   sph_boundary_destroy(&f->ghosts);
   sph_interpolator_destroy(&f->interpolator);
+  for (int k = 0; k < EXAMPLE_WALLS; k++) sph_wall_destroy(&f->more[k]);
   sph_wall_destroy(&f->tank);
   sph_particles_destroy(&f->water);
   sph_kernel_destroy(&f->kernel);

@@ -32,18 +32,21 @@ typedef struct example_scheme {
       OPTION_TEXT("--isa", (s).isa, "auto, baseline, avx2, avx512")
 
 /* Everything that a run holds, in the order of creation. What a case does not have stays NULL. */
-enum { EXAMPLE_PROBES = 16 };
+enum { EXAMPLE_PROBES = 24, EXAMPLE_WALLS = 2 };
 typedef struct example_flow {
   sph_context *context;
   sph_kernel *kernel;
   sph_particles *water;
-  sph_wall *tank;
+  sph_wall *tank, *more[EXAMPLE_WALLS]; /* walls of their own, numbers 1 ... in the boundary */
   sph_interpolator *interpolator;
   sph_boundary *ghosts;
   sph_integrator *integrator;
   sph_probe *probes[EXAMPLE_PROBES];
   sph_output *vtk;
 } example_flow;
+
+/* Position, velocity, pressure and so on of all particles, components one after the other. */
+double *example_flow_read(const example_flow *f, const char *field, int components);
 
 /* First the context, the kernel and water without particles. */
 void example_flow_open(const example_scheme *s, int dim, double dx, example_flow *f);

@@ -306,25 +306,48 @@ static bool goes_before(const sph_boundary *boundary, int wall, int other) {
   return wall > other;
 }
 
-/* Share of a cell around x, as it is now, that is outside the solids of other walls: of all, or of those
- * that go before this one. */
-static double share_outside(const sph_boundary *boundary, int wall, const double *x, bool of_all) {
+/* Share of a cell of one spacing around x that is outside the solid of a wall; the wall's nearest point. */
+static double share_outside(const sph_boundary *boundary, int wall, const double *x, double *foot) {
   const double reach = 2 * boundary->interpolator->kernel->support;
-  double share = 1, foot[SPHI_MAX_DIM];
+  const double distance =
+      sphi_wall_foot_now(boundary->wall[wall], &boundary->state[wall], x, reach, foot);
+  return fmin(fmax(distance / boundary->spacing + 0.5, 0), 1);
+}
+
+/* Share of the volume of a ghost of `wall` at x that is its own where other walls have ghosts too. The one
+ * whose foot is in the fluid has the place; where both feet are hidden behind the other wall, in the
+ * wedge of a corner, the wall that goes before. */
+static double own_share(const sph_boundary *boundary, int wall, const double *x,
+                        const double *foot) {
+  double share = 1;
   for (int other = 0; other < boundary->walls && share > 0; other++) {
-    if (other == wall || !(of_all || goes_before(boundary, other, wall))) continue;
-    const double distance =
-        sphi_wall_foot_now(boundary->wall[other], &boundary->state[other], x, reach, foot);
-    share *= fmin(fmax(distance / boundary->spacing + 0.5, 0), 1);
+    double other_foot[SPHI_MAX_DIM], unused[SPHI_MAX_DIM];
+    if (other == wall) continue;
+    const double outside = share_outside(boundary, other, x, other_foot);
+    if (outside >= 1) continue;
+    const double seen = share_outside(boundary, other, foot, unused);
+    const double other_seen = share_outside(boundary, wall, other_foot, unused);
+    share *= goes_before(boundary, wall, other) ? 1 - (1 - outside) * (1 - seen) * other_seen
+                                                : fmax(outside, seen * (1 - other_seen));
   }
   return share;
 }
 
+/* Share of a piece of wall around its point `foot` that other walls leave open. */
+static double open_share(const sph_boundary *boundary, int wall, const double *foot) {
+  double share = 1, unused[SPHI_MAX_DIM];
+  for (int other = 0; other < boundary->walls && share > 0; other++)
+    if (other != wall) share *= share_outside(boundary, other, foot, unused);
+  return share;
+}
+
 double sphi_boundary_share(const sph_boundary *boundary, int64_t k) {
-  double x[SPHI_MAX_DIM];
+  double x[SPHI_MAX_DIM], foot[SPHI_MAX_DIM];
+  const int dim = boundary->dim, wall = boundary->wall_of[k];
   if (boundary->walls == 1) return 1;
-  for (int d = 0; d < boundary->dim; d++) x[d] = boundary->x[d][k];
-  return share_outside(boundary, boundary->wall_of[k], x, false);
+  for (int d = 0; d < dim; d++) x[d] = boundary->x[d][k];
+  sphi_wall_place(&boundary->state[wall], dim, boundary->points.foot + dim * k, foot);
+  return own_share(boundary, wall, x, foot);
 }
 
 /* Whether another wall is near the ghost or its mirror point, or may come there before the next list. */
@@ -356,8 +379,8 @@ static void orient(const sph_boundary *boundary, sphi_wet_ghost *wet, double *mi
   wet->volume = points->volume[ghost];
   wet->area = points->area[ghost];
   if (wet->live && boundary->walls > 1) {
-    wet->volume *= share_outside(boundary, wet->wall, x, false);
-    wet->area *= share_outside(boundary, wet->wall, foot, true);
+    wet->volume *= own_share(boundary, wet->wall, x, foot);
+    wet->area *= open_share(boundary, wet->wall, foot);
     double depth = 0, other_foot[SPHI_MAX_DIM] = {0};
     for (int other = 0; other < boundary->walls; other++) {
       if (other == wet->wall) continue;
