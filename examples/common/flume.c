@@ -1,0 +1,150 @@
+/* What the examples of solitary waves share, see flume.h. */
+#include "flume.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+
+static bool by_paddle(const example_flume *s) { return strcmp(s->start, "paddle") == 0; }
+
+void example_flume_complete(example_flume *s) {
+  if (!by_paddle(s) && strcmp(s->start, "theory") != 0)
+    example_refuse("--start", "\"%s\" is neither paddle nor theory", s->start);
+  if (*s->motion != '\0' && !by_paddle(s)) example_refuse("--motion", "wants --start paddle");
+  if (s->crest == 0) s->crest = 10 * s->depth;
+  if (!by_paddle(s) && s->crest > s->length)
+    example_refuse("--crest", "must be in the flume of %g m, got %g", s->length, s->crest);
+  if (s->angle < 45 || s->angle > 135)
+    example_refuse("--angle", "must be 45 to 135 degrees, got %g", s->angle);
+}
+
+void example_flume_on_wall(const example_flume *s, double height, double *point) {
+  point[0] = s->length - height / tan(s->angle * pi / 180);
+  point[1] = height;
+}
+
+/* Bed and a fixed right wall are one line, with a corner. Walls of their own reach past each other by more
+ * than the kernel's support, so that corners are filled wherever they stand. Sides end high above any
+ * run-up. */
+static void create_walls(const example_flume *s, const example_waves *w, sph_body *body,
+                         example_flow *f) {
+  sph_context *context = f->context;
+  const double past = sph_kernel_get_support(f->kernel) + 2 * s->dx, top = 5 * s->depth;
+  double rim[2];
+  example_flume_on_wall(s, top, rim);
+  const double bed_end = body ? 3 * s->length + past : s->length; /* with room for it to go */
+  const double bed[] = {-past - s->depth, 0, bed_end, 0, rim[0], rim[1]};
+  const double left[] = {0, top, 0, -past}, right[] = {s->length, -past, s->length, top};
+  const double along[] = {1, 0};
+  OK(sph_wall_create_polyline(context, body ? 2 : 3, bed, false, &f->tank));
+  OK(sph_wall_set_name(f->tank, body ? "bed" : "bed and seawall"));
+  OK(sph_wall_create_polyline(context, 2, left, false, &f->more[FLUME_LEFT - 1]));
+  OK(sph_wall_set_name(f->more[FLUME_LEFT - 1], w->paddle ? "piston" : "left side"));
+  if (w->paddle) OK(sph_wall_set_motion(f->more[FLUME_LEFT - 1], sph_paddle_motion, w->paddle));
+  if (!body) return;
+  OK(sph_wall_create_polyline(context, 2, right, false, &f->more[FLUME_RIGHT - 1]));
+  OK(sph_wall_set_name(f->more[FLUME_RIGHT - 1], "seawall"));
+  OK(sph_wall_set_body(f->more[FLUME_RIGHT - 1], body, along));
+}
+
+typedef struct surface {
+  const sph_context *context;
+  const sph_wave *wave; /* NULL: still water */
+  double depth;
+} surface;
+
+static double surface_level(const double *x, void *user) {
+  const surface *of = user;
+  const sph_context *context = of->context;
+  double elevation = 0;
+  if (of->wave) OK(sph_wave_elevation(of->wave, 0, 1, x, &elevation));
+  return of->depth + elevation;
+}
+
+/* Columns up to the toe, and rows beyond it or cut off by a wall that leans inward. */
+static void fill(const example_flume *s, const example_waves *w, example_flow *f) {
+  sph_context *context = f->context;
+  double shore[2];
+  example_flume_on_wall(s, s->depth, shore);
+  surface under = {context, w->paddle ? NULL : w->wave, s->depth};
+  const double columns_end = s->dx * floor(fmin(s->length, shore[0]) / s->dx + 1e-6);
+  const double lo[2] = {0, 0}, hi[2] = {columns_end, 4 * s->depth};
+  OK(sph_particles_fill_surface(f->water, lo, hi, surface_level, &under, s->density));
+  const int64_t first = sph_particles_count(f->water);
+  const int rows = (int)floor(s->depth / s->dx + 0.5);
+  const int widest = (int)(fabs(shore[0] - s->length) / s->dx) + 3;
+  double *x = example_numbers(2 * (int64_t)rows * widest);
+  double *volume = example_numbers(first + (int64_t)rows * widest);
+  int64_t n = 0;
+  OK(sph_particles_read(f->water, SPH_VOLUME, volume, first));
+  for (int j = 0; j < rows; j++) {
+    double at[2];
+    const double high = s->depth / rows, y = (j + 0.5) * high;
+    example_flume_on_wall(s, y, at);
+    const double width = at[0] - columns_end;
+    const int count = (int)floor(width / s->dx + 0.5);
+    for (int i = 0; i < count; i++, n++) {
+      x[2 * n] = columns_end + (i + 0.5) * width / count;
+      x[2 * n + 1] = y;
+      volume[first + n] = high * width / count;
+    }
+  }
+  OK(sph_particles_add(f->water, n, x, s->density, NULL));
+  OK(sph_particles_write(f->water, SPH_VOLUME, volume, first + n));
+  free(x);
+  free(volume);
+}
+
+/* Still water, or velocity and pressure of the wave. */
+static void start(const example_flume *s, const example_waves *w, double c0, example_flow *f) {
+  sph_context *context = f->context;
+  const int64_t n = sph_particles_count(f->water);
+  double *x = example_flow_read(f, SPH_POSITION, 2), *v = example_numbers(2 * n),
+         *p = example_numbers(n);
+  if (w->paddle) {
+    for (int64_t i = 0; i < n; i++) p[i] = x[2 * i + 1];
+    OK(sph_initial_hydrostatic(context, s->depth, s->gravity, s->density, c0, n, p, p));
+  } else {
+    OK(sph_wave_velocity(w->wave, 0, n, x, v));
+    OK(sph_wave_pressure(w->wave, s->density, 0, n, x, p));
+    OK(sph_particles_write(f->water, SPH_VELOCITY, v, 2 * n));
+  }
+  OK(sph_wcsph_start_from_pressure(f->integrator, n, p));
+  free(x);
+  free(v);
+  free(p);
+}
+
+void example_flume_create(const example_flume *s, const example_scheme *scheme, sph_body *body,
+                          example_flow *f, example_waves *w) {
+  sph_context *context = f->context;
+  sph_solitary_theory theory;
+  const double height = s->height_ratio * s->depth;
+  OK(sph_solitary_theory_find(context, s->theory, &theory));
+  OK(sph_wave_create_solitary(context, theory, height, s->depth, s->gravity, &w->wave));
+  OK(sph_wave_set_origin(w->wave, s->length - s->crest, 0, 1));
+  if (*s->motion != '\0')
+    OK(sph_paddle_create_csv(context, s->motion, "t_s", "x_piston_m", &w->paddle));
+  else if (by_paddle(s))
+    OK(sph_paddle_create_solitary(context, w->wave, s->paddle_start, &w->paddle));
+  fill(s, w, f);
+  create_walls(s, w, body, f);
+  const double c0 = scheme->c0_factor * sqrt(s->gravity * (s->depth + height));
+  example_flow_solve(scheme, c0, f);
+  start(s, w, c0, f);
+}
+
+void example_waves_destroy(example_waves *w) {
+  sph_paddle_destroy(&w->paddle);
+  sph_wave_destroy(&w->wave);
+}
+
+double example_flume_arrival(const example_flume *s, const example_waves *w) {
+  const double c = sph_wave_celerity(w->wave);
+  if (!w->paddle) return s->crest / c;
+  /* The crest passes the piston at the middle of its stroke. */
+  const double middle = 0.5 * (sph_paddle_start(w->paddle) + sph_paddle_end(w->paddle));
+  return middle + (s->length - 0.5 * sph_paddle_stroke(w->paddle)) / c;
+}

@@ -1,0 +1,216 @@
+/* A solitary wave runs up a fixed wall, vertical or inclined: delta-SPH with fixed ghosts.
+ *
+ * Physics    a flume of still depth d with a wave of height H that a piston makes (--start paddle), or that
+ *            is there at t = 0 with surface, velocity and pressure of a theory (--start theory).
+ *            Linear equation of state with c0 = 10 sqrt(g (d + H)), density diffusion delta = 0.1,
+ *            artificial viscosity alpha = 0.02.
+ * Reference  Huang et al. (2019), section 4.3: d = 0.25 m, H = 0.15 m, wall of 120 degrees; exact potential
+ *            flow of the same wave at the same wall: docs/validation.md
+ * Build      cc -O2 solitary_wave.c common/example.c common/flow.c common/flume.c -o solitary_wave -lsph -lm
+ * Run        ./solitary_wave --wall inclined --out solitary.out --summary solitary.json
+ * Expect     last line: "solitary_wave: nothing left the flume"
+ *
+ * TEST: --quick
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/flume.h"
+
+typedef struct setup {
+  example_flume flume;
+  example_scheme scheme;
+  int vtk, pictures;
+  bool quick;
+  const char *wall, *out, *summary;
+} setup;
+
+static void parse(int argc, char **argv, setup *s) {
+  *s = (setup){.flume = EXAMPLE_FLUME, .scheme = EXAMPLE_SCHEME};
+  s->wall = "vertical";
+  s->out = s->summary = "";
+  s->flume.start = "theory";
+  s->flume.depth = 0.25;
+  s->flume.height_ratio = 0.6;
+  s->flume.angle = 0;
+  const example_option options[] = {
+      OPTION_TEXT("--wall", s->wall, "vertical or inclined"),
+      OPTION_NUMBER("--angle", s->flume.angle, 0, 180, "of the wall, in the water; inclined 120"),
+      EXAMPLE_FLUME_OPTIONS(s->flume),
+      EXAMPLE_SCHEME_OPTIONS(s->scheme, "", ""),
+      OPTION_TEXT("--out", s->out, "folder for CSV, pictures and VTK; without it none"),
+      OPTION_TEXT("--summary", s->summary, "file for the figures as JSON"),
+      OPTION_INTEGER("--vtk", s->vtk, 0, 100000, "frames for ParaView"),
+      OPTION_INTEGER("--pictures", s->pictures, 0, 1000, "frames as text for gnuplot"),
+      OPTION_FLAG("--quick", s->quick, "coarse and short: a test that it runs")};
+  example_parse(argc, argv, "a solitary wave at a fixed wall with delta-SPH",
+                (int)(sizeof options / sizeof options[0]), options);
+  if (strcmp(s->wall, "vertical") != 0 && strcmp(s->wall, "inclined") != 0)
+    example_refuse("--wall", "\"%s\" is neither vertical nor inclined", s->wall);
+  example_flume *flume = &s->flume;
+  if (flume->angle == 0) flume->angle = strcmp(s->wall, "inclined") == 0 ? 120 : 90;
+  if (flume->dx == 0) flume->dx = flume->depth / (s->quick ? 10 : 25);
+  if (flume->length == 0) flume->length = (s->quick ? 20 : 40) * flume->depth;
+  if ((s->vtk > 0 || s->pictures > 0) && *s->out == '\0')
+    example_refuse(s->vtk > 0 ? "--vtk" : "--pictures", "wants a folder, --out");
+  example_flume_complete(flume);
+}
+
+/* Gauges stand 8, 6, 4 and 2 depths before the toe. */
+enum { P0, P1, FORCE, RUN_UP, GAUGE, GAUGES = 4, ENERGY = GAUGE + GAUGES, PROBES };
+static const char *const files[PROBES] = {"p0.csv",     "p1.csv",     "force.csv",
+                                          "run_up.csv", "gauge0.csv", "gauge1.csv",
+                                          "gauge2.csv", "gauge3.csv", "energy.csv"};
+static double gauge_place(const example_flume *s, int k) {
+  return s->length - (8 - 2 * k) * s->depth;
+}
+
+static void create_probes(const setup *s, example_flow *f) {
+  sph_context *context = f->context;
+  const example_flume *flume = &s->flume;
+  const double depth = flume->depth;
+  double low[2], high[2], toe[2], along[2], up[2] = {0, 1};
+  example_flume_on_wall(flume, 0.2 * depth, low);
+  example_flume_on_wall(flume, 0.6 * depth, high);
+  example_flume_on_wall(flume, 0, toe);
+  for (int d = 0; d < 2; d++)
+    along[d] = (low[d] - toe[d]) / hypot(low[0] - toe[0], low[1] - toe[1]);
+  OK(sph_probe_create_pressure(f->integrator, low, &f->probes[P0]));
+  OK(sph_probe_create_pressure(f->integrator, high, &f->probes[P1]));
+  OK(sph_probe_create_force(f->integrator, f->ghosts, FLUME_BED, &f->probes[FORCE]));
+  OK(sph_probe_create_elevation(f->integrator, toe, along, 4.5 * depth / along[1],
+                                &f->probes[RUN_UP]));
+  for (int k = 0; k < GAUGES; k++) {
+    const double foot[2] = {gauge_place(flume, k), 0};
+    OK(sph_probe_create_elevation(f->integrator, foot, up, 3 * depth, &f->probes[GAUGE + k]));
+  }
+  OK(sph_probe_create_energy(f->integrator, &f->probes[ENERGY]));
+  for (int k = 0; k < PROBES; k++) {
+    OK(sph_probe_set_interval(f->probes[k], 0.02 * sqrt(depth / flume->gravity)));
+    if (k != FORCE) OK(sph_probe_sample(f->probes[k])); /* nothing has pushed yet */
+  }
+  if (s->vtk == 0) return;
+  OK(sph_output_create_vtk(context, example_path(s->out, "vtk"), "water", &f->vtk));
+  OK(sph_output_add_field(f->vtk, SPH_VELOCITY));
+  OK(sph_output_add_field(f->vtk, SPH_PRESSURE));
+}
+
+static sph_status run(const setup *s, example_flow *f, double end) {
+  sph_context *context = f->context;
+  const example_flume *flume = &s->flume;
+  example_progress progress = {0};
+  sph_status status = SPH_OK;
+  int frame = 0, picture = 0;
+  for (;;) {
+    const double t = sph_integrator_time(f->integrator);
+    if (example_frame_due(t, end, s->vtk, frame)) {
+      OK(sph_output_write(f->vtk, f->water, t));
+      frame++;
+    }
+    if (example_frame_due(t, end, s->pictures, picture))
+      example_picture_write(context, f->water, s->out, picture++, t, flume->depth, flume->gravity,
+                            flume->density);
+    if (t >= end) break;
+    status = sph_integrator_step(f->integrator);
+    if (status != SPH_OK) break;
+    example_progress_show(&progress, f->integrator, end);
+  }
+  example_progress_end(&progress);
+  return status;
+}
+
+/* Particles behind a wall, by the walls' own distance. */
+static int64_t count_lost(example_flow *f) {
+  sph_context *context = f->context;
+  const int64_t n = sph_particles_count(f->water);
+  const double t = sph_integrator_time(f->integrator);
+  const sph_wall *walls[] = {f->tank, f->more[0]};
+  double *x = example_flow_read(f, SPH_POSITION, 2);
+  int64_t lost = 0;
+  for (int64_t i = 0; i < n; i++) {
+    bool inside = false;
+    for (int k = 0; k < 2; k++) {
+      double distance;
+      OK(sph_wall_distance(walls[k], t, x + 2 * i, &distance));
+      inside = inside || distance < 0;
+    }
+    lost += inside;
+  }
+  free(x);
+  return lost;
+}
+
+/* The figures; docs/examples.md says what each one is. Peaks are means over 0.05 sqrt(d/g). */
+static void summarise(const setup *s, example_flow *f, const example_waves *w,
+                      example_summary *summary) {
+  const sph_context *context = f->context;
+  const example_flume *flume = &s->flume;
+  const double d = flume->depth, second = sqrt(d / flume->gravity), window = 0.05 * second;
+  const double bar = flume->density * flume->gravity * d, H = flume->height_ratio * d;
+  const double sine = sin(flume->angle * 3.14159265358979323846 / 180);
+  static const char *const height_keys[] = {"gauge0_height_over_h", "gauge1_height_over_h",
+                                            "gauge2_height_over_h", "gauge3_height_over_h"};
+  example_peak peaks[GAUGE + GAUGES];
+  for (int k = 0; k < GAUGE + GAUGES; k++) {
+    example_series series = example_series_read(context, f->probes[k], 0);
+    /* The wave at a gauge, before what the wall sends back. */
+    const double last = k < GAUGE ? INFINITY : example_flume_arrival(flume, w);
+    peaks[k] = example_series_peak(&series, 0, last, window);
+    free(series.t);
+  }
+  example_summary_text(summary, "wall", s->wall);
+  example_summary_text(summary, "start", flume->start);
+  example_summary_text(summary, "interpolator", s->scheme.interpolator);
+  example_summary_number(summary, "dx_m", flume->dx);
+  example_summary_number(summary, "height_ratio", flume->height_ratio);
+  /* Horizontal; the normal force and its static value are both larger by 1/sine. */
+  example_summary_number(summary, "force_max_over_static", peaks[FORCE].v / (0.5 * bar * d));
+  example_summary_number(summary, "force_max_time_s", peaks[FORCE].t);
+  example_summary_number(summary, "p0_max_over_rho_g_d", peaks[P0].v / bar);
+  example_summary_number(summary, "p0_max_after_force_s", peaks[P0].t - peaks[FORCE].t);
+  example_summary_number(summary, "p1_max_over_rho_g_d", peaks[P1].v / bar);
+  example_summary_number(summary, "p1_max_after_force_s", peaks[P1].t - peaks[FORCE].t);
+  example_summary_number(summary, "run_up_over_d", peaks[RUN_UP].v * sine / d - 1);
+  example_summary_number(summary, "run_up_time_s", peaks[RUN_UP].t);
+  for (int k = 0; k < GAUGES; k++)
+    example_summary_number(summary, height_keys[k], (peaks[GAUGE + k].v - d) / H);
+  example_summary_number(summary, "celerity_over_theory",
+                         (gauge_place(flume, GAUGES - 2) - gauge_place(flume, 0)) /
+                             (peaks[GAUGE + GAUGES - 2].t - peaks[GAUGE].t) /
+                             sph_wave_celerity(w->wave));
+  example_series energy = example_series_read(context, f->probes[ENERGY], 3);
+  example_summary_number(summary, "energy_end_minus_start_j", energy.v[energy.n - 1] - energy.v[0]);
+  free(energy.t);
+}
+
+int main(int argc, char **argv) {
+  setup s;
+  example_flow f = {0};
+  example_waves w = {0};
+  example_summary summary = {0};
+  parse(argc, argv, &s);
+  example_flow_open(&s.scheme, 2, s.flume.dx, &f);
+  example_flume_create(&s.flume, &s.scheme, NULL, &f, &w);
+  create_probes(&s, &f);
+  const double after = 5 * sqrt(s.flume.depth / s.flume.gravity);
+  const double end = s.flume.end > 0 ? s.flume.end : example_flume_arrival(&s.flume, &w) + after;
+  const double start = example_clock();
+  const sph_status status = run(&s, &f, end);
+  const double seconds = example_clock() - start;
+
+  /* A run that stopped still tells what it has measured. */
+  summarise(&s, &f, &w, &summary);
+  const int64_t lost = count_lost(&f);
+  example_summary_integer(&summary, "particles_lost", lost);
+  example_summary_flow(&summary, &f, seconds);
+  if (*s.out != '\0') example_flow_write_series(&f, s.out, PROBES, files);
+  example_summary_write(&summary, s.summary);
+  example_check(status, f.context, "sph_integrator_step(flow)");
+  example_flow_destroy(&f);
+  example_waves_destroy(&w);
+  if (lost > 0) printf("solitary_wave: %lld particles left the flume\n", (long long)lost);
+  if (lost == 0) printf("solitary_wave: nothing left the flume\n");
+  return lost > 0;
+}
