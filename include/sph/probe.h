@@ -3,8 +3,8 @@
  * caller's own measure, recorded while a flow is stepped.
  *
  * A probe samples after every step of the integrator it was created on, or at a chosen interval, and
- * whenever sph_probe_sample is called. Sampling changes no result of the flow. Fixed points stay where
- * they were put, also when a wall moves.
+ * whenever sph_probe_sample is called. Sampling changes no result of the flow. Points and lines stay
+ * where they were put, also when a wall moves, until sph_probe_follow ties them to it.
  */
 #ifndef SPH_PROBE_H
 #define SPH_PROBE_H
@@ -101,6 +101,24 @@ SPH_API SPH_NODISCARD sph_status sph_probe_create_velocity(sph_integrator *flow,
  */
 SPH_API SPH_NODISCARD sph_status sph_probe_set_interpolator(sph_probe *probe,
                                                             sph_interpolator_type type);
+
+/** Tie the points of a probe of pressure, velocity or elevation to a wall, which takes them along:
+ *
+ *     x(t) = c + d(t) + R(t) (X - c),   a(t) the wall's acceleration there
+ *
+ * X are the points as they were given, which belong to the wall where it was created, c its pivot, d its
+ * displacement and R its rotation; a line's direction turns along. Pressures of points take f - a in the
+ * place of f, velocities are those in space. A second call ties them to another wall.
+ *
+ * Units      wall: number in the order of adding to boundary, from 0
+ * Ownership  the probe holds a reference to boundary
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT a NULL, boundary is not that of the flow, no such wall; SPH_E_TYPE a probe
+ *            without points; SPH_E_MEMORY
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_probe_follow(sph_probe *probe, sph_boundary *boundary,
+                                                  int wall);
 
 /** Record the force of the fluid on a wall, sph_boundary_read_force: of the last evaluation in the
  * step, zero before the first step. Columns f_x, f_y and in 3D f_z.

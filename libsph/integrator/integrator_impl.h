@@ -30,9 +30,10 @@ typedef struct sphi_method {
   double (*stable_courant)(const sph_integrator *flow, sph_stepper stepper);
   double (*stable_dt)(const sph_integrator *flow, double courant);
   void (*destroy)(sph_integrator *flow);
-  /* For measures, each may be NULL. Gradient of pressure in fluid at rest, rho0 times the body force
-   * at x now; the zeroed surroundings are filled in; energies now. */
-  void (*pressure_gradient)(const sph_integrator *flow, const double *x, double *gradient);
+  /* For measures, each may be NULL. Gradient of pressure in fluid that accelerates all alike, rho0 times
+   * the body force at x now less the acceleration; the zeroed surroundings are filled in; energies now. */
+  void (*pressure_gradient)(const sph_integrator *flow, const double *x, const double *acceleration,
+                            double *gradient);
   void (*surroundings)(const sph_integrator *flow, sphi_surroundings *out);
   sph_status (*energy)(const sph_integrator *flow, struct sph_energy *energy);
 } sphi_method;

@@ -274,6 +274,19 @@ sph_status sphi_probe_check_point(const sph_integrator *flow, const sphi_surroun
   return SPH_OK;
 }
 
+sph_status sphi_probe_check_wall(const sph_integrator *flow, const char *kind,
+                                 const sph_boundary *boundary, int wall) {
+  sph_context *context = flow->context;
+  SPH_CHECK(context, boundary, SPH_E_ARGUMENT, "probe \"%s\": boundary is NULL", kind);
+  sphi_surroundings around = {0};
+  if (flow->method->surroundings) flow->method->surroundings(flow, &around);
+  SPH_CHECK(context, around.boundary == boundary, SPH_E_ARGUMENT,
+            "probe \"%s\": the boundary is not the one that the integrator was created with", kind);
+  SPH_CHECK(context, wall >= 0 && wall < boundary->walls, SPH_E_ARGUMENT,
+            "probe \"%s\": wall must be 0 to %d, got %d", kind, boundary->walls - 1, wall);
+  return SPH_OK;
+}
+
 sph_status sphi_probe_check_direction(const sph_integrator *flow, const char *kind,
                                       const char *what, const double *direction) {
   double length2 = 0;

@@ -12,10 +12,22 @@
 
 enum { SPHI_PROBE_POINTS = 100000, SPHI_PROBE_LINE = 1000000, SPHI_PROBE_COLUMNS = 256 };
 
+/* Points at which a probe interpolates: where they were put, or taken along by a wall. */
+typedef struct sphi_probe_points {
+  sph_interpolator *interpolator;
+  sphi_gather gather;     /* x in the order given */
+  int64_t build;          /* of the flow, that the gather was listed for; -1: none */
+  sph_boundary *boundary; /* NULL: the points stay where they are */
+  int wall;
+  double *reference;           /* [n, dim] where they are when the wall is where it was created */
+  sphi_wall_state now, listed; /* of the wall: at the last sample, and when the gather was listed */
+} sphi_probe_points;
+
 /* A kind of probe: one table at the end of its part. */
 typedef struct sphi_probe_kind {
   const char *name;
-  size_t size; /* bytes of probe->data, zeroed at creation */
+  size_t size;     /* bytes of probe->data, zeroed at creation */
+  bool has_points; /* data begins with sphi_probe_points */
   sph_status (*measure)(sph_probe *probe, double *values);
   void (*release)(sph_probe *probe); /* what data holds; NULL: nothing */
 } sphi_probe_kind;
@@ -50,6 +62,12 @@ sphi_surroundings sphi_probe_surroundings(const sph_integrator *flow);
 /* Refuses a point that is not finite, deep inside a wall or outside the domain. */
 sph_status sphi_probe_check_point(const sph_integrator *flow, const sphi_surroundings *around,
                                   const char *kind, const double *x);
+/* Interpolates at the points of a kind that has them, for now. */
+sph_status sphi_probe_gather(sph_probe *probe);
+void sphi_probe_points_free(sph_context *context, sphi_probe_points *points);
+/* Refuses a boundary that is not the flow's, and a wall that it has not. */
+sph_status sphi_probe_check_wall(const sph_integrator *flow, const char *kind,
+                                 const sph_boundary *boundary, int wall);
 /* Refuses a vector that is not of length 1. */
 sph_status sphi_probe_check_direction(const sph_integrator *flow, const char *kind,
                                       const char *what, const double *direction);

@@ -1,28 +1,29 @@
-/* Measures at fixed points: pressure, its means, velocity. */
+/* Measures at points: pressure, its means, velocity. */
 #include "probe/probe_impl.h"
 
 typedef struct points_data {
-  sph_interpolator *interpolator;
-  sphi_gather gather;
-  int64_t build;  /* of the flow, that the gather was listed for */
+  sphi_probe_points points;
   double *weight; /* [n] of the points, in the order given */
 } points_data;
 
 static void release_points(sph_probe *probe) {
   points_data *data = probe->data;
-  sphi_gather_free(probe->context, &data->gather);
+  sphi_probe_points_free(probe->context, &data->points);
   sphi_free(probe->context, data->weight);
-  sph_interpolator_destroy(&data->interpolator);
 }
 
-/* Pressure of the point in place k of the gather's order. */
-static double pressure_at(const sph_integrator *flow, const sphi_gather *gather, int32_t k) {
+/* Pressure of the point in place k of the gather's order. Next to a wall fluid accelerates as that does. */
+static double pressure_at(const sph_integrator *flow, const sphi_probe_points *points, int32_t k) {
+  const sphi_gather *gather = &points->gather;
   const sphi_interpolation *work = &gather->work;
   if (work->rung[k] == 0 || work->gamma[k] < SPHI_PROBE_THIN) return 0;
   double x[SPHI_MAX_DIM] = {0}, gradient[SPHI_MAX_DIM] = {0};
+  double velocity[SPHI_MAX_DIM] = {0}, acceleration[SPHI_MAX_DIM] = {0};
   const int dim = flow->particles->dim;
   for (int d = 0; d < dim; d++) x[d] = gather->x[d][gather->columns.order[k]];
-  if (flow->method->pressure_gradient) flow->method->pressure_gradient(flow, x, gradient);
+  if (points->boundary) sphi_wall_velocity_at(&points->now, dim, x, velocity, acceleration);
+  if (flow->method->pressure_gradient)
+    flow->method->pressure_gradient(flow, x, acceleration, gradient);
   double p = work->value[k];
   for (int d = 0; d < dim; d++) p -= gradient[d] * work->moment[(int64_t)d * work->n + k];
   return p;
@@ -30,19 +31,18 @@ static double pressure_at(const sph_integrator *flow, const sphi_gather *gather,
 
 static sph_status measure_pressure(sph_probe *probe, double *values) {
   points_data *data = probe->data;
-  SPH_TRY(sphi_integrator_gather(probe->flow, &data->gather, data->interpolator, &data->build));
-  const sphi_gather *gather = &data->gather;
+  SPH_TRY(sphi_probe_gather(probe));
+  const sphi_gather *gather = &data->points.gather;
   double sum = 0;
   for (int32_t k = 0; k < gather->n; k++)
-    sum += data->weight[gather->columns.order[k]] * pressure_at(probe->flow, gather, k);
+    sum += data->weight[gather->columns.order[k]] * pressure_at(probe->flow, &data->points, k);
   values[0] = sum;
   return SPH_OK;
 }
 
 static sph_status measure_velocity(sph_probe *probe, double *values) {
-  points_data *data = probe->data;
-  SPH_TRY(sphi_integrator_gather(probe->flow, &data->gather, data->interpolator, &data->build));
-  const sphi_interpolation *work = &data->gather.work;
+  SPH_TRY(sphi_probe_gather(probe));
+  const sphi_interpolation *work = &((const points_data *)probe->data)->points.gather.work;
   const bool thin = work->rung[0] == 0 || work->gamma[0] < SPHI_PROBE_THIN;
   for (int d = 0; d < probe->columns; d++)
     values[d] = thin ? 0 : work->value[(int64_t)(1 + d) * work->n];
@@ -51,10 +51,12 @@ static sph_status measure_velocity(sph_probe *probe, double *values) {
 
 static const sphi_probe_kind pressure_kind = {.name = "pressure",
                                               .size = sizeof(points_data),
+                                              .has_points = true,
                                               .measure = measure_pressure,
                                               .release = release_points};
 static const sphi_probe_kind velocity_kind = {.name = "velocity",
                                               .size = sizeof(points_data),
+                                              .has_points = true,
                                               .measure = measure_velocity,
                                               .release = release_points};
 
@@ -82,8 +84,9 @@ static double place(const places *from, int dim, int k, double *x) {
 static sph_status fill_points(sph_probe *probe, const places *from) {
   sph_integrator *flow = probe->flow;
   points_data *data = probe->data;
+  sphi_probe_points *points = &data->points;
   const int dim = flow->particles->dim;
-  data->build = -1;
+  points->build = -1;
   data->weight = SPHI_NEW(probe->context, from->n, double);
   SPH_CHECK(probe->context, data->weight, SPH_E_MEMORY, "probe \"%s\": no memory for %d points",
             probe->name, from->n);
@@ -91,13 +94,13 @@ static sph_status fill_points(sph_probe *probe, const places *from) {
    * assumes, and single particles count less than in an extrapolation by least squares. */
   const sph_interpolator_type type =
       probe->kind == &velocity_kind ? SPH_INTERPOLATOR_MLS_LINEAR : SPH_INTERPOLATOR_NORMALIZED;
-  SPH_TRY(sph_interpolator_create(probe->context, type, flow->kernel, &data->interpolator));
-  SPH_TRY(sphi_gather_reserve(probe->context, &data->gather, data->interpolator, dim, from->n,
+  SPH_TRY(sph_interpolator_create(probe->context, type, flow->kernel, &points->interpolator));
+  SPH_TRY(sphi_gather_reserve(probe->context, &points->gather, points->interpolator, dim, from->n,
                               flow->variant->real_size));
   for (int k = 0; k < from->n; k++) {
     double x[SPHI_MAX_DIM] = {0};
     data->weight[k] = place(from, dim, k, x);
-    for (int d = 0; d < dim; d++) data->gather.x[d][k] = x[d];
+    for (int d = 0; d < dim; d++) points->gather.x[d][k] = x[d];
   }
   return SPH_OK;
 }
@@ -127,15 +130,15 @@ sph_status sph_probe_set_interpolator(sph_probe *probe, sph_interpolator_type ty
   SPH_CHECK(probe->context, probe->kind == &pressure_kind || probe->kind == &velocity_kind,
             SPH_E_TYPE, "probe \"%s\": only pressure and velocity are interpolated", probe->name);
   sph_integrator *flow = probe->flow;
-  points_data *data = probe->data;
+  sphi_probe_points *points = &((points_data *)probe->data)->points;
   sph_interpolator *interpolator;
   SPH_TRY(sph_interpolator_create(probe->context, type, flow->kernel, &interpolator));
   const sph_status status =
-      sphi_gather_reserve(probe->context, &data->gather, interpolator, flow->particles->dim,
-                          data->gather.n, flow->variant->real_size);
-  sph_interpolator *unused = status == SPH_OK ? data->interpolator : interpolator;
-  if (status == SPH_OK) data->interpolator = interpolator;
-  data->build = -1;
+      sphi_gather_reserve(probe->context, &points->gather, interpolator, flow->particles->dim,
+                          points->gather.n, flow->variant->real_size);
+  sph_interpolator *unused = status == SPH_OK ? points->interpolator : interpolator;
+  if (status == SPH_OK) points->interpolator = interpolator;
+  points->build = -1;
   sph_interpolator_destroy(&unused);
   return status;
 }

@@ -25,13 +25,8 @@ static const sphi_probe_kind force_kind = {.name = "force",
 sph_status sph_probe_create_force(sph_integrator *flow, sph_boundary *boundary, int wall,
                                   sph_probe **out) {
   SPHI_PROBE_BEGIN(flow, force_kind, out);
-  SPH_CHECK(context, boundary, SPH_E_ARGUMENT, "probe \"force\": boundary is NULL");
-  sphi_surroundings around = {0};
-  if (flow->method->surroundings) flow->method->surroundings(flow, &around);
-  SPH_CHECK(context, around.boundary == boundary, SPH_E_ARGUMENT,
-            "probe \"force\": the boundary is not the one that the integrator was created with");
-  SPH_CHECK(context, wall >= 0 && wall < boundary->walls, SPH_E_ARGUMENT,
-            "probe \"force\": wall must be 0 to %d, got %d", boundary->walls - 1, wall);
+  (void)context;
+  SPH_TRY(sphi_probe_check_wall(flow, "force", boundary, wall));
   static const char *const names[] = {"f_x", "f_y", "f_z"};
   static const char *const units[] = {"N", "N", "N"}, *const units_2d[] = {"N/m", "N/m"};
   const int dim = boundary->dim;

@@ -44,9 +44,7 @@ static void for_each_near(const near_query *q, bool (*visit)(double r, int32_t p
 /* ------------------------------------------------------------------------------- elevation */
 
 typedef struct line_data {
-  sph_interpolator *interpolator;
-  sphi_gather gather;
-  int64_t build;
+  sphi_probe_points points;
   double step;         /* between samples */
   double *share;       /* [n] half of the ghosts' kernel sum at the samples */
   int64_t share_build; /* of the flow, that the share was taken for; -1: never */
@@ -55,10 +53,9 @@ typedef struct line_data {
 
 static void release_line(sph_probe *probe) {
   line_data *data = probe->data;
-  sphi_gather_free(probe->context, &data->gather);
+  sphi_probe_points_free(probe->context, &data->points);
   sphi_free(probe->context, data->share);
   sphi_free(probe->context, data->gamma);
-  sph_interpolator_destroy(&data->interpolator);
 }
 
 typedef struct share_sum {
@@ -88,16 +85,21 @@ static bool add_share(double r, int32_t ghost, void *data) {
 }
 
 /* Every ghost counts with the volume it stands for, also while it is inactive: what matters is the
- * room that the wall takes. */
+ * room that the wall takes. A wall that takes the line along is where its ghosts are, which may be those of
+ * the last evaluation. */
 static void update_share(sph_probe *probe, const sph_boundary *boundary) {
   line_data *data = probe->data;
+  const sphi_probe_points *points = &data->points;
   const sph_integrator *flow = probe->flow;
   const bool moves = sphi_boundary_moves(boundary);
   if (!moves && data->share_build == flow->stats.builds) return;
   data->share_build = flow->stats.builds;
-  for (int32_t k = 0; k < data->gather.n; k++) {
+  for (int32_t k = 0; k < points->gather.n; k++) {
     double x[SPHI_MAX_DIM] = {0};
-    for (int d = 0; d < boundary->dim; d++) x[d] = data->gather.x[d][k];
+    for (int d = 0; d < boundary->dim; d++) x[d] = points->gather.x[d][k];
+    if (points->boundary)
+      sphi_wall_place(&boundary->state[points->wall], boundary->dim,
+                      points->reference + (int64_t)boundary->dim * k, x);
     share_sum share = {.kernel = flow->kernel, .frame = &flow->frame, .boundary = boundary, .x = x};
     const near_query query = {
         .frame = &flow->frame,
@@ -113,8 +115,8 @@ static void update_share(sph_probe *probe, const sph_boundary *boundary) {
 
 static sph_status measure_elevation(sph_probe *probe, double *values) {
   line_data *data = probe->data;
-  const sphi_gather *gather = &data->gather;
-  SPH_TRY(sphi_integrator_gather(probe->flow, &data->gather, data->interpolator, &data->build));
+  const sphi_gather *gather = &data->points.gather;
+  SPH_TRY(sphi_probe_gather(probe));
   sphi_surroundings around = {0};
   if (probe->flow->method->surroundings) probe->flow->method->surroundings(probe->flow, &around);
   if (around.boundary) update_share(probe, around.boundary);
@@ -136,6 +138,7 @@ static sph_status measure_elevation(sph_probe *probe, double *values) {
 
 static const sphi_probe_kind elevation_kind = {.name = "elevation",
                                                .size = sizeof(line_data),
+                                               .has_points = true,
                                                .measure = measure_elevation,
                                                .release = release_line};
 
@@ -144,21 +147,23 @@ static sph_status fill_line(sph_probe *probe, const double *foot, const double *
   sph_integrator *flow = probe->flow;
   sph_context *context = probe->context;
   line_data *data = probe->data;
+  sphi_probe_points *points = &data->points;
   const int dim = flow->particles->dim;
   const int32_t intervals = (int32_t)ceil(2 * length / flow->particles->spacing - 1e-9);
   const int32_t n = (intervals < 1 ? 1 : intervals) + 1;
-  data->build = data->share_build = -1;
+  points->build = data->share_build = -1;
   data->step = length / (n - 1);
   data->share = SPHI_NEW(context, n, double);
   data->gamma = SPHI_NEW(context, n, double);
   SPH_CHECK(context, data->share && data->gamma, SPH_E_MEMORY,
             "probe \"%s\": no memory for %d points", probe->name, n);
   SPH_TRY(sph_interpolator_create(context, SPH_INTERPOLATOR_NORMALIZED, flow->kernel,
-                                  &data->interpolator));
-  SPH_TRY(sphi_gather_reserve(context, &data->gather, data->interpolator, dim, n,
+                                  &points->interpolator));
+  SPH_TRY(sphi_gather_reserve(context, &points->gather, points->interpolator, dim, n,
                               flow->variant->real_size));
   for (int d = 0; d < dim; d++)
-    for (int32_t k = 0; k < n; k++) data->gather.x[d][k] = foot[d] + k * data->step * direction[d];
+    for (int32_t k = 0; k < n; k++)
+      points->gather.x[d][k] = foot[d] + k * data->step * direction[d];
   return SPH_OK;
 }
 

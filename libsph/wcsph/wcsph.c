@@ -367,12 +367,13 @@ static double stable_dt(const sph_integrator *flow, double courant) {
   return w && w->c0 > 0 ? courant * flow->kernel->h / w->c0 : 0;
 }
 
-static void pressure_gradient(const sph_integrator *flow, const double *x, double *gradient) {
+static void pressure_gradient(const sph_integrator *flow, const double *x,
+                              const double *acceleration, double *gradient) {
   const wcsph *w = wcsph_of(flow);
   double f[SPHI_MAX_DIM] = {0};
   if (w->force.function) w->force.function(flow->stats.time, x, f, w->force.user);
   for (int d = 0; d < flow->particles->dim; d++)
-    gradient[d] = w->rho0 * (w->force.constant[d] + f[d]);
+    gradient[d] = w->rho0 * (w->force.constant[d] + f[d] - acceleration[d]);
 }
 
 static void surroundings(const sph_integrator *flow, sphi_surroundings *out) {
