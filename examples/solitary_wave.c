@@ -31,6 +31,8 @@ static void parse(int argc, char **argv, setup *s) {
   *s = (setup){.flume = EXAMPLE_FLUME, .scheme = EXAMPLE_SCHEME};
   s->wall = "vertical";
   s->out = s->summary = "";
+  s->scheme.kernel = "wendland-c2"; /* with h = 2 dx it holds steep run-up together best */
+  s->scheme.h_ratio = 2;
   s->flume.start = "theory";
   s->flume.depth = 0.25;
   s->flume.height_ratio = 0.6;
@@ -97,51 +99,6 @@ static void create_probes(const setup *s, example_flow *f) {
   OK(sph_output_add_field(f->vtk, SPH_PRESSURE));
 }
 
-static sph_status run(const setup *s, example_flow *f, double end) {
-  sph_context *context = f->context;
-  const example_flume *flume = &s->flume;
-  example_progress progress = {0};
-  sph_status status = SPH_OK;
-  int frame = 0, picture = 0;
-  for (;;) {
-    const double t = sph_integrator_time(f->integrator);
-    if (example_frame_due(t, end, s->vtk, frame)) {
-      OK(sph_output_write(f->vtk, f->water, t));
-      frame++;
-    }
-    if (example_frame_due(t, end, s->pictures, picture))
-      example_picture_write(context, f->water, s->out, picture++, t, flume->depth, flume->gravity,
-                            flume->density);
-    if (t >= end) break;
-    status = sph_integrator_step(f->integrator);
-    if (status != SPH_OK) break;
-    example_progress_show(&progress, f->integrator, end);
-  }
-  example_progress_end(&progress);
-  return status;
-}
-
-/* Particles behind a wall, by the walls' own distance. */
-static int64_t count_lost(example_flow *f) {
-  sph_context *context = f->context;
-  const int64_t n = sph_particles_count(f->water);
-  const double t = sph_integrator_time(f->integrator);
-  const sph_wall *walls[] = {f->tank, f->more[0]};
-  double *x = example_flow_read(f, SPH_POSITION, 2);
-  int64_t lost = 0;
-  for (int64_t i = 0; i < n; i++) {
-    bool inside = false;
-    for (int k = 0; k < 2; k++) {
-      double distance;
-      OK(sph_wall_distance(walls[k], t, x + 2 * i, &distance));
-      inside = inside || distance < 0;
-    }
-    lost += inside;
-  }
-  free(x);
-  return lost;
-}
-
 /* The figures; docs/examples.md says what each one is. Peaks are means over 0.05 sqrt(d/g). */
 static void summarise(const setup *s, example_flow *f, const example_waves *w,
                       example_summary *summary) {
@@ -197,12 +154,12 @@ int main(int argc, char **argv) {
   const double after = 5 * sqrt(s.flume.depth / s.flume.gravity);
   const double end = s.flume.end > 0 ? s.flume.end : example_flume_arrival(&s.flume, &w) + after;
   const double start = example_clock();
-  const sph_status status = run(&s, &f, end);
+  const sph_status status = example_flume_run(&s.flume, &f, end, s.vtk, s.pictures, s.out);
   const double seconds = example_clock() - start;
 
   /* A run that stopped still tells what it has measured. */
   summarise(&s, &f, &w, &summary);
-  const int64_t lost = count_lost(&f);
+  const int64_t lost = example_flume_count_lost(&f);
   example_summary_integer(&summary, "particles_lost", lost);
   example_summary_flow(&summary, &f, seconds);
   if (*s.out != '\0') example_flow_write_series(&f, s.out, PROBES, files);

@@ -148,3 +148,47 @@ double example_flume_arrival(const example_flume *s, const example_waves *w) {
   const double middle = 0.5 * (sph_paddle_start(w->paddle) + sph_paddle_end(w->paddle));
   return middle + (s->length - 0.5 * sph_paddle_stroke(w->paddle)) / c;
 }
+
+sph_status example_flume_run(const example_flume *flume, example_flow *f, double end, int vtk,
+                             int pictures, const char *folder) {
+  sph_context *context = f->context;
+  example_progress progress = {0};
+  sph_status status = SPH_OK;
+  int frame = 0, picture = 0;
+  for (;;) {
+    const double t = sph_integrator_time(f->integrator);
+    if (example_frame_due(t, end, vtk, frame)) {
+      OK(sph_output_write(f->vtk, f->water, t));
+      frame++;
+    }
+    if (example_frame_due(t, end, pictures, picture))
+      example_picture_write(context, f->water, folder, picture++, t, flume->depth, flume->gravity,
+                            flume->density);
+    if (t >= end) break;
+    status = sph_integrator_step(f->integrator);
+    if (status != SPH_OK) break;
+    example_progress_show(&progress, f->integrator, end);
+  }
+  example_progress_end(&progress);
+  return status;
+}
+
+int64_t example_flume_count_lost(const example_flow *f) {
+  sph_context *context = f->context;
+  const int64_t n = sph_particles_count(f->water);
+  const double t = sph_integrator_time(f->integrator);
+  const sph_wall *walls[] = {f->tank, f->more[0], f->more[1]};
+  double *x = example_flow_read(f, SPH_POSITION, 2);
+  int64_t lost = 0;
+  for (int64_t i = 0; i < n; i++) {
+    bool inside = false;
+    for (int k = 0; k < 3 && walls[k]; k++) {
+      double distance;
+      OK(sph_wall_distance(walls[k], t, x + 2 * i, &distance));
+      inside = inside || distance < 0;
+    }
+    lost += inside;
+  }
+  free(x);
+  return lost;
+}

@@ -49,6 +49,12 @@ void example_flume_create(const example_flume *s, const example_scheme *scheme, 
                           example_flow *f, example_waves *w);
 void example_waves_destroy(example_waves *w);
 
+/* Steps to the end, with frames for ParaView and as text for gnuplot in the folder. */
+sph_status example_flume_run(const example_flume *flume, example_flow *f, double end, int vtk,
+                             int pictures, const char *folder);
+/* Particles behind a wall, by the walls' own distance. */
+int64_t example_flume_count_lost(const example_flow *f);
+
 /* A point on the right wall as it was created, at a height above the bed. */
 void example_flume_on_wall(const example_flume *s, double height, double *point);
 
