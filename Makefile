@@ -252,6 +252,10 @@ validate: lib examples ## run the published cases in full and compare with measu
 	@if [ -x tests/validation/run.sh ]; then BUILD='$(BUILD)' tests/validation/run.sh '$(BUILD)/validation'; \
 	else echo "tests/validation/run.sh does not exist: nothing to validate"; fi
 
+.PHONY: validate-waves
+validate-waves: lib examples ## run the waves and seawalls and compare with exact solutions
+	BUILD='$(BUILD)' tests/validation/waves.sh '$(BUILD)/waves'
+
 .PHONY: compare-interpolators
 compare-interpolators: lib examples $(BUILD)/interpolators/interpolators ## measure all interpolators side by side (COMPARE='--update' for options)
 	BUILD='$(BUILD)' tests/validation/interpolators.sh '$(BUILD)/interpolators' $(COMPARE)

@@ -121,7 +121,8 @@ static void create_probes(const setup *s, example_flow *f, sph_body *body) {
   OK(sph_output_add_field(f->vtk, SPH_PRESSURE));
 }
 
-/* The figures; docs/examples.md says what each one is. Peaks are means over 0.1 sqrt(d/g). */
+/* The figures; docs/examples.md says what each one is. Forces are means over half of sqrt(d/g), about the
+ * time that sound takes from surface to bed and back. */
 static void summarise(const setup *s, example_flow *f, example_summary *summary) {
   const sph_context *context = f->context;
   const example_flume *flume = &s->flume;
@@ -130,7 +131,7 @@ static void summarise(const setup *s, example_flow *f, example_summary *summary)
   example_series force = example_series_read(context, f->probes[FORCE], 0);
   example_series run_up = example_series_read(context, f->probes[RUN_UP], 0);
   example_series place = example_series_read(context, f->probes[BODY], 0);
-  const example_peak push = example_series_peak(&force, 0, INFINITY, window);
+  const example_peak push = example_series_peak(&force, 0, INFINITY, 5 * window);
   const example_peak rise = example_series_peak(&run_up, 0, INFINITY, window);
   const example_peak far = example_series_peak(&place, 0, INFINITY, window);
   example_summary_text(summary, "rule", s->fixed ? "fixed" : s->rule);
