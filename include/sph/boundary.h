@@ -75,6 +75,12 @@ SPH_API void sph_boundary_destroy(sph_boundary **boundary);
 
 /** Add the ghosts of another wall, before an integrator uses the boundary.
  *
+ * Walls may reach past each other, and move so, as a piston does over a bed: let each go on behind the
+ * other by more than the kernel's support. A place behind several walls belongs to the one whose nearest
+ * point is in the fluid, and in the wedge of a corner to a moving wall before one at rest and to a later
+ * one before an earlier one; ghosts there are mirrored by both. Pieces of wall behind another wall carry no
+ * force. Corners that are not square and do not move are better given as one wall.
+ *
  * Ownership  holds a reference to wall
  * Parallel   not while another call uses the context
  * Errors     as sph_boundary_create; SPH_E_ARGUMENT an integrator uses the boundary already
