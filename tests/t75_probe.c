@@ -517,7 +517,7 @@ static void interval_chooses_the_first_step_at_or_after(void) {
   tank_stop(&t);
 }
 
-enum { KINDS = 8 };
+enum { KINDS = 9 };
 
 /* One probe of every kind. */
 static void make_all(tank *t, sph_probe **probe) {
@@ -530,6 +530,7 @@ static void make_all(tank *t, sph_probe **probe) {
   SPH_TEST_OK(t->context, sph_probe_create_elevation(t->flow, at, up, 0.4, &probe[5]));
   SPH_TEST_OK(t->context, sph_probe_create_energy(t->flow, &probe[6]));
   SPH_TEST_OK(t->context, sph_probe_create_mass(t->flow, &probe[7]));
+  SPH_TEST_OK(t->context, sph_probe_create_reaction(t->flow, t->boundary, 0, &probe[8]));
 }
 
 /* Positions, velocities and densities after steps, with and without probes. */

@@ -1,4 +1,4 @@
-/* Probes that walls take along. */
+/* Probes that walls take along, and the force on walls by what their ghosts take from the fluid. */
 #include "flow_world.h"
 
 static const double rho0 = 1000, g = 9.81;
@@ -297,6 +297,164 @@ static void points_in_a_tank_that_rotates_read_a_rigid_body(void) {
   flow_free(&w);
 }
 
+static void start_at_rest(const flow_world *w, double depth) {
+  double slope[3] = {0};
+  slope[w->dim - 1] = -rho0 * g;
+  flow_linear_pressure(w, rho0 * g * depth, slope);
+}
+
+/* A bed, a left and a right side of their own that reach past each other into the corners: in 3D a trough
+ * that repeats along the second axis, 2D the same where `repeats` is false. */
+enum { WALLS = 3 };
+
+typedef struct trough {
+  flow_world w;
+  sph_wall *wall[WALLS];
+  double length, depth;
+} trough;
+
+static trough open_trough(flow_plan plan, double length, double depth, sph_slip slip) {
+  trough t = {.w = flow_open(plan), .length = length, .depth = depth};
+  flow_world *w = &t.w;
+  const double a = -0.5, b = length + 0.5, past = -0.4, top = 3 * depth, y = 0.4;
+  const double plane[WALLS][4] = {{a, 0, b, 0}, {0, top, 0, past}, {length, past, length, top}};
+  const double lo[3] = {0, 0, 0}, hi[3] = {length, w->dim == 2 ? depth : y, depth};
+  SPH_TEST_OK(w->context, sph_particles_fill_box(w->water, lo, hi, rho0));
+  for (int k = 0; k < WALLS; k++) {
+    const double *p = plane[k];
+    const double corners[] = {p[0], 0, p[1], p[2], 0, p[3], p[2], y, p[3], p[0], y, p[1]};
+    if (w->dim == 2)
+      SPH_TEST_OK(w->context, sph_wall_create_polyline(w->context, 2, p, false, &t.wall[k]));
+    else
+      SPH_TEST_OK(w->context, sph_wall_create_facets(w->context, 1, corners, &t.wall[k]));
+    SPH_TEST_OK(w->context, sph_wall_set_slip(t.wall[k], slip));
+  }
+  SPH_TEST_OK(w->context,
+              sph_boundary_create(w->context, t.wall[0], w->dx, w->interpolator, &w->boundary));
+  for (int k = 1; k < WALLS; k++)
+    SPH_TEST_OK(w->context, sph_boundary_add_wall(w->boundary, t.wall[k]));
+  SPH_TEST_OK(w->context, sph_wcsph_create(w->context, w->kernel, w->water, w->boundary, &w->flow));
+  SPH_TEST_OK(w->context, sph_wcsph_set_sound_speed(w->flow, w->plan.c0));
+  if (w->dim == 3) SPH_TEST_OK(w->context, sph_wcsph_set_periodic(w->flow, 1, 0, y));
+  start_at_rest(w, depth);
+  return t;
+}
+
+static void close_trough(trough *t) {
+  for (int k = 0; k < WALLS; k++) sph_wall_destroy(&t->wall[k]);
+  flow_free(&t->w);
+}
+
+/* Disordered water splashes in a trough; momentum changes by gravity and by what all walls take. */
+static void reactions_of_all_walls_balance_the_momentum(void) {
+  for (int dim = 2; dim <= 3; dim++) {
+    for (int single = 0; single <= 1; single++) {
+      double bits[2][WALLS][3] = {{{0}}};
+      for (int threads = 1; threads <= 2; threads++) {
+        trough t = open_trough(
+            (flow_plan){.dim = dim,
+                        .dx = dim == 2 ? 0.02 : 0.05,
+                        .c0 = 20,
+                        .precision = single ? SPH_PRECISION_SINGLE : SPH_PRECISION_DOUBLE,
+                        .kernel = SPH_KERNEL_WENDLAND_C2,
+                        .ratio = dim == 2 ? 1.8 : 1.3,
+                        .threads = threads},
+            0.6, 0.3, SPH_NO_SLIP);
+        flow_jitter(&t.w, 0.1, 7);
+        flow_stir(&t.w, 0.3, 8);
+        flow_steps(&t.w, 20);
+        flow_evaluate(&t.w);
+        const sph_index n = sph_particles_count(t.w.water);
+        double *m = flow_read(&t.w, SPH_MASS), *a = flow_read(&t.w, "acceleration");
+        double left[3] = {0}, size = 0;
+        for (int k = 0; k < WALLS; k++) {
+          double *force = bits[threads - 1][k];
+          SPH_TEST_OK(t.w.context, sph_wcsph_read_reaction(t.w.flow, k, force));
+          for (int d = 0; d < dim; d++) {
+            left[d] += force[d];
+            size += fabs(force[d]);
+          }
+        }
+        for (sph_index i = 0; i < n; i++) {
+          for (int d = 0; d < dim; d++) left[d] += m[i] * a[dim * i + d];
+          left[dim - 1] += m[i] * g;
+        }
+        CU_ASSERT(size > 1000 * 9 * 0.6 * 0.3 * (dim == 2 ? 1 : 0.4));
+        for (int d = 0; d < dim; d++) SPH_TEST_CLOSE(left[d], 0, 0, (single ? 1e-5 : 1e-12) * size);
+        free(m);
+        free(a);
+        close_trough(&t);
+      }
+      CU_ASSERT(memcmp(bits[0], bits[1], sizeof bits[0]) == 0);
+    }
+  }
+}
+
+/* Sides reach past the bed, and have the corners' ghosts: what remains is the lattice's quadrature, 0.991 for
+ * the cubic and 1.0007 for the quintic spline here. */
+static void still_water_pushes_sides_by_half_rho_g_h2(void) {
+  static const struct {
+    int dim;
+    sph_kernel_type kernel;
+    double ratio, dx;
+  } row[] = {{2, SPH_KERNEL_WENDLAND_C2, 1.6, 0.01},
+             {2, SPH_KERNEL_CUBIC_SPLINE, 1.2, 0.01},
+             {2, SPH_KERNEL_GAUSSIAN, 1.3, 0.01},
+             {2, SPH_KERNEL_QUINTIC_SPLINE, 1.3, 0.01},
+             {3, SPH_KERNEL_WENDLAND_C2, 1.4, 0.04}};
+  for (int k = 0; k < (int)(sizeof row / sizeof row[0]); k++) {
+    trough t = open_trough((flow_plan){.dim = row[k].dim,
+                                       .dx = row[k].dx,
+                                       .c0 = 40,
+                                       .kernel = row[k].kernel,
+                                       .ratio = row[k].ratio},
+                           0.6, 0.4, SPH_FREE_SLIP);
+    const double thick = t.w.dim == 2 ? 1 : 0.4, half = 0.5 * rho0 * g * 0.4 * 0.4 * thick;
+    sph_probe *left, *right, *bed;
+    SPH_TEST_OK(t.w.context, sph_probe_create_reaction(t.w.flow, t.w.boundary, 0, &bed));
+    SPH_TEST_OK(t.w.context, sph_probe_create_reaction(t.w.flow, t.w.boundary, 1, &left));
+    SPH_TEST_OK(t.w.context, sph_probe_create_reaction(t.w.flow, t.w.boundary, 2, &right));
+    CU_ASSERT_STRING_EQUAL(sph_probe_column_unit(left, 0), t.w.dim == 2 ? "N/m" : "N");
+    CU_ASSERT_STRING_EQUAL(sph_probe_name(left), "reaction");
+    CU_ASSERT(sample(&t.w, left) == 0);
+    flow_evaluate(&t.w);
+    SPH_TEST_CLOSE(sample(&t.w, left), -half, 0.01, 0);
+    SPH_TEST_CLOSE(sample(&t.w, right), half, 0.01, 0);
+    SPH_TEST_CLOSE(sample(&t.w, bed), 0, 0, 1e-4 * half);
+    double force[3][3] = {{0}};
+    row_of(&t.w, bed, force[0]);
+    row_of(&t.w, left, force[1]);
+    row_of(&t.w, right, force[2]);
+    const int up = t.w.dim - 1;
+    SPH_TEST_CLOSE(force[0][up] + force[1][up] + force[2][up], -rho0 * g * 0.6 * 0.4 * thick, 0.03,
+                   0);
+    sph_probe_destroy(&left);
+    sph_probe_destroy(&right);
+    sph_probe_destroy(&bed);
+    close_trough(&t);
+  }
+}
+
+/* Ghosts are where the wall is, also where a stepper evaluates them at the beginning of its steps. */
+static void reactions_do_not_know_of_a_frame_that_glides(void) {
+  const glide_of none = {{0, 0}}, along = {{0.7, 0.3}};
+  for (int stepper = SPH_STEPPER_SYMPLECTIC; stepper <= SPH_STEPPER_RK4; stepper++) {
+    flow_world still = gliding_tank(&none, (sph_stepper)stepper);
+    flow_world moves = gliding_tank(&along, (sph_stepper)stepper);
+    for (int k = 0; k < 40; k++) {
+      double at_rest[2], riding[2];
+      flow_steps(&still, 1);
+      flow_steps(&moves, 1);
+      SPH_TEST_OK(still.context, sph_wcsph_read_reaction(still.flow, 0, at_rest));
+      SPH_TEST_OK(moves.context, sph_wcsph_read_reaction(moves.flow, 0, riding));
+      for (int d = 0; d < 2; d++) SPH_TEST_CLOSE(riding[d], at_rest[d], 0, 1e-8 * 600);
+      CU_ASSERT(at_rest[1] < -100);
+    }
+    flow_free(&still);
+    flow_free(&moves);
+  }
+}
+
 static int64_t allocations_left;
 
 static void *limited_allocate(size_t bytes, void *user) {
@@ -348,15 +506,57 @@ static void wrong_walls_are_refused(void) {
   flow_free(&w);
 }
 
-SPH_TEST_MAIN("probes on walls",
-              {"riders read what fixed probes read in the tank at rest",
-               riders_read_what_fixed_probes_read_at_rest},
-              {"the pressure at an accelerated wall is exact",
-               pressure_at_an_accelerated_wall_is_exact},
-              {"the run-up on a piston is that where the piston is",
-               run_up_on_a_piston_is_that_where_the_piston_is},
-              {"lines sweep with a wall that rotates", lines_sweep_with_a_wall_that_rotates},
-              {"points turn in space", points_turn_in_space},
-              {"points in a tank that rotates read a rigid body",
-               points_in_a_tank_that_rotates_read_a_rigid_body},
-              {"wrong walls are refused", wrong_walls_are_refused})
+static void wrong_reactions_are_refused(void) {
+  const sph_allocator allocator = {limited_allocate, plain_release, NULL};
+  allocations_left = INT64_MAX;
+  flow_world w = flow_open((flow_plan){.dx = 0.05, .allocator = &allocator});
+  const double lo[2] = {0, 0}, hi[2] = {0.5, 0.5};
+  double force[2] = {3, 4};
+  SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0));
+  SPH_TEST_OK(w.context, sph_wall_create_box(w.context, 2, lo, hi, 0, &w.wall));
+  flow_build(&w);
+  CU_ASSERT(sph_wcsph_read_reaction(NULL, 0, force) == SPH_E_ARGUMENT);
+  SPH_TEST_STATUS(w.context, sph_wcsph_read_reaction(w.flow, 0, NULL), SPH_E_ARGUMENT,
+                  "force is NULL");
+  SPH_TEST_STATUS(w.context, sph_wcsph_read_reaction(w.flow, 1, force), SPH_E_ARGUMENT,
+                  "wall must be 0 to 0, got 1");
+  SPH_TEST_STATUS(w.context, sph_wcsph_read_reaction(w.flow, -1, force), SPH_E_ARGUMENT, "got -1");
+  SPH_TEST_STATUS(w.context, sph_wcsph_read_reaction(w.flow, 0, force), SPH_E_ARGUMENT,
+                  "sound speed is not set");
+  SPH_TEST_OK(w.context, sph_wcsph_set_sound_speed(w.flow, 20));
+  flow_steps(&w, 1);
+  allocations_left = 0;
+  SPH_TEST_STATUS(w.context, sph_wcsph_read_reaction(w.flow, 0, force), SPH_E_MEMORY, "no memory");
+  allocations_left = INT64_MAX;
+  CU_ASSERT(force[0] == 3 && force[1] == 4);
+  SPH_TEST_OK(w.context, sph_wcsph_read_reaction(w.flow, 0, force));
+  sph_probe *probe;
+  SPH_TEST_STATUS(w.context, sph_probe_create_reaction(w.flow, NULL, 0, &probe), SPH_E_ARGUMENT,
+                  "\"reaction\": boundary is NULL");
+  SPH_TEST_STATUS(w.context, sph_probe_create_reaction(w.flow, w.boundary, 1, &probe),
+                  SPH_E_ARGUMENT, "wall must be 0 to 0");
+  SPH_TEST_STATUS(w.context, sph_probe_create_reaction(w.flow, w.boundary, 0, NULL), SPH_E_ARGUMENT,
+                  "out is NULL");
+  CU_ASSERT(sph_probe_create_reaction(NULL, w.boundary, 0, &probe) == SPH_E_ARGUMENT && !probe);
+  sph_integrator_destroy(&w.flow);
+  SPH_TEST_OK(w.context, sph_wcsph_create(w.context, w.kernel, w.water, NULL, &w.flow));
+  SPH_TEST_STATUS(w.context, sph_wcsph_read_reaction(w.flow, 0, force), SPH_E_ARGUMENT, "no walls");
+  flow_free(&w);
+}
+
+SPH_TEST_MAIN(
+    "probes on walls",
+    {"riders read what fixed probes read in the tank at rest",
+     riders_read_what_fixed_probes_read_at_rest},
+    {"the pressure at an accelerated wall is exact", pressure_at_an_accelerated_wall_is_exact},
+    {"the run-up on a piston is that where the piston is",
+     run_up_on_a_piston_is_that_where_the_piston_is},
+    {"lines sweep with a wall that rotates", lines_sweep_with_a_wall_that_rotates},
+    {"points turn in space", points_turn_in_space},
+    {"points in a tank that rotates read a rigid body",
+     points_in_a_tank_that_rotates_read_a_rigid_body},
+    {"wrong walls are refused", wrong_walls_are_refused},
+    {"reactions of all walls balance the momentum", reactions_of_all_walls_balance_the_momentum},
+    {"still water pushes sides by rho g H^2 / 2", still_water_pushes_sides_by_half_rho_g_h2},
+    {"reactions do not know of a frame that glides", reactions_do_not_know_of_a_frame_that_glides},
+    {"wrong reactions are refused", wrong_reactions_are_refused})

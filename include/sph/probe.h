@@ -134,6 +134,19 @@ SPH_API SPH_NODISCARD sph_status sph_probe_create_force(sph_integrator *flow,
                                                         sph_boundary *boundary, int wall,
                                                         sph_probe **out);
 
+/** Record the force of the fluid on a wall by sums over particles, sph_wcsph_read_reaction. Columns f_x, f_y
+ * and in 3D f_z.
+ *
+ * Units      N (N/m in 2D), positive towards the solid
+ * Ownership  as sph_probe_create_force
+ * Parallel   not while another call uses the context
+ * Errors     as sph_probe_create_force; SPH_E_TYPE a method without it
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_probe_create_reaction(sph_integrator *flow,
+                                                           sph_boundary *boundary, int wall,
+                                                           sph_probe **out);
+
 /** Record how far the fluid has come along an axis. Column front.
  *
  *     front = max_i sign x_i[axis] + dx/2

@@ -224,6 +224,29 @@ SPH_API SPH_NODISCARD sph_status sph_wcsph_start_from_pressure(sph_integrator *i
 SPH_API SPH_NODISCARD sph_status sph_wcsph_get_energy(const sph_integrator *integrator,
                                                       sph_energy *energy);
 
+/** Force of the fluid on one wall by sums over particles: what the pressure of its ghosts takes from the
+ * momentum of the fluid.
+ *
+ *     F = sum_i sum_g V_i V_g (p_i + p_g) grad_i W_ig,   i in the fluid, g a ghost of the wall
+ *
+ * Over all walls these forces are what gravity gives less what the momentum gains, to rounding, without the
+ * drag of no-slip walls; sph_boundary_read_force, a sum over the wall's surface, is nearer to the force on
+ * parts of it and less noisy. Particles and places are those of now, the ghosts' pressures those of the
+ * last evaluation; zero before the first step.
+ *
+ * Shape      wall: number in the order of adding to the boundary, from 0; force [dim]
+ * Units      N (N/m in 2D), on the wall: positive towards the solid
+ * Ownership  copies into the caller's array
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT a NULL, no such wall, sound speed not set, what a first step refuses;
+ *            SPH_E_TYPE another method; SPH_E_MEMORY
+ * Source     Liang et al. (2017), eq. (14), with the sum over the wall's particles that it leaves out; differs:
+ *            volumes in the place of m/rho, fixed ghosts
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_wcsph_read_reaction(sph_integrator *integrator, int wall,
+                                                         double *force);
+
 SPH_END_DECLS
 
 #endif

@@ -689,20 +689,23 @@ static inline __attribute__((always_inline)) void assign(sph_boundary *boundary,
                                     : u[d];
 }
 
+static inline void put_place(void *record, bool is_double, const sphi_frame *frame, int d,
+                             int64_t at, double x) {
+  const uint32_t fixed = is_double ? 0 : sphi_frame_fix(frame, d, x);
+  if (is_double)
+    ((double *)record)[at] = x;
+  else
+    memcpy((float *)record + at, &fixed, sizeof fixed);
+}
+
 /* The record of wet ghost k but for what does not change. */
 static inline __attribute__((always_inline)) void pack(const sph_boundary *boundary, const int dim,
                                                        const bool is_double,
                                                        const sphi_frame *frame, int32_t k) {
   const sphi_wet_ghost *ghost = &boundary->wet[k];
   const int64_t at = (int64_t)k * SPHI_GHOST(dim);
-  for (int d = 0; d < dim && boundary->moved; d++) {
-    const double x = boundary->x[d][ghost->ghost];
-    const uint32_t fixed = is_double ? 0 : sphi_frame_fix(frame, d, x);
-    if (is_double)
-      ((double *)boundary->record)[at + d] = x;
-    else
-      memcpy((float *)boundary->record + at + d, &fixed, sizeof fixed);
-  }
+  for (int d = 0; d < dim && boundary->moved; d++)
+    put_place(boundary->record, is_double, frame, d, at + d, boundary->x[d][ghost->ghost]);
   put_real(boundary->record, is_double, at + dim, ghost->rung ? ghost->volume : 0);
   put_real(boundary->record, is_double, at + dim + 1, ghost->p);
   for (int d = 0; d < dim; d++)
@@ -746,6 +749,23 @@ void sphi_boundary_update(sph_boundary *boundary, const sphi_frame *frame,
   memcpy(counts->by_type, by_type, sizeof by_type);
   counts->by_type[0] = counts->inactive = counts->ghosts - counts->active;
   counts->fallback = counts->active - counts->by_type[boundary->interpolator->type];
+}
+
+void sphi_boundary_read_records(const sph_boundary *boundary, int wall,
+                                const sphi_wall_state *state, const sphi_frame *frame,
+                                const sphi_variant *variant, void *record) {
+  const int dim = boundary->dim;
+  const bool is_double = variant->is_double;
+  memcpy(record, boundary->record, (size_t)boundary->record_capacity * variant->real_size);
+  for (int32_t k = 0; k < boundary->wet_count; k++) {
+    const sphi_wet_ghost *wet = &boundary->wet[k];
+    const int64_t at = (int64_t)k * SPHI_GHOST(dim);
+    double x[SPHI_MAX_DIM];
+    sphi_wall_place(state, dim, boundary->points.x + dim * (int64_t)wet->ghost, x);
+    for (int d = 0; d < dim; d++) put_place(record, is_double, frame, d, at + d, x[d]);
+    put_real(record, is_double, at + dim, wet->wall == wall && wet->rung ? wet->volume : 0);
+    put_real(record, is_double, at + dim + 1, wet->p);
+  }
 }
 
 sph_status sph_boundary_read(const sph_boundary *boundary, sph_ghost_value what, double *values,

@@ -106,5 +106,10 @@ sph_status sphi_boundary_list(sph_boundary *boundary, const sphi_frame *frame,
 void sphi_boundary_update(sph_boundary *boundary, const sphi_frame *frame,
                           const sphi_variant *variant, const void *record,
                           const sphi_body_force *force, double t, double rho0);
+/* Copies the ghosts' records, boundary->record_capacity reals: places and volumes of those of one wall, whose
+ * state is given, with the pressures of the last evaluation; the others' volumes are zero. */
+void sphi_boundary_read_records(const sph_boundary *boundary, int wall,
+                                const sphi_wall_state *state, const sphi_frame *frame,
+                                const sphi_variant *variant, void *record);
 
 #endif

@@ -31,11 +31,13 @@ typedef struct sphi_method {
   double (*stable_dt)(const sph_integrator *flow, double courant);
   void (*destroy)(sph_integrator *flow);
   /* For measures, each may be NULL. Gradient of pressure in fluid that accelerates all alike, rho0 times
-   * the body force at x now less the acceleration; the zeroed surroundings are filled in; energies now. */
+   * the body force at x now less the acceleration; the zeroed surroundings are filled in; energies now; what
+   * the ghosts of a wall take from the fluid's momentum. */
   void (*pressure_gradient)(const sph_integrator *flow, const double *x, const double *acceleration,
                             double *gradient);
   void (*surroundings)(const sph_integrator *flow, sphi_surroundings *out);
   sph_status (*energy)(const sph_integrator *flow, struct sph_energy *energy);
+  sph_status (*reaction)(sph_integrator *flow, int wall, double *force);
 } sphi_method;
 
 /* Called after every step; an error stops the run. Observers are called in the order of adding. */

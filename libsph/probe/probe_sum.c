@@ -22,19 +22,41 @@ static const sphi_probe_kind force_kind = {.name = "force",
                                            .measure = measure_force,
                                            .release = release_force};
 
-sph_status sph_probe_create_force(sph_integrator *flow, sph_boundary *boundary, int wall,
-                                  sph_probe **out) {
-  SPHI_PROBE_BEGIN(flow, force_kind, out);
-  (void)context;
-  SPH_TRY(sphi_probe_check_wall(flow, "force", boundary, wall));
+static sph_status measure_reaction(sph_probe *probe, double *values) {
+  return probe->flow->method->reaction(probe->flow, ((const force_data *)probe->data)->wall,
+                                       values);
+}
+
+static const sphi_probe_kind reaction_kind = {.name = "reaction",
+                                              .size = sizeof(force_data),
+                                              .measure = measure_reaction,
+                                              .release = release_force};
+
+static sph_status create_force(sph_integrator *flow, const sphi_probe_kind *kind,
+                               sph_boundary *boundary, int wall, sph_probe **out) {
+  SPH_TRY(sphi_probe_check_wall(flow, kind->name, boundary, wall));
   static const char *const names[] = {"f_x", "f_y", "f_z"};
   static const char *const units[] = {"N", "N", "N"}, *const units_2d[] = {"N/m", "N/m"};
   const int dim = boundary->dim;
   sph_probe *probe;
-  SPH_TRY(sphi_probe_new(flow, &force_kind, dim, names, dim == 2 ? units_2d : units, &probe));
+  SPH_TRY(sphi_probe_new(flow, kind, dim, names, dim == 2 ? units_2d : units, &probe));
   *(force_data *)probe->data = (force_data){.boundary = boundary, .wall = wall};
   sphi_boundary_retain(boundary);
   return sphi_probe_finish(probe, SPH_OK, out);
+}
+
+sph_status sph_probe_create_force(sph_integrator *flow, sph_boundary *boundary, int wall,
+                                  sph_probe **out) {
+  SPHI_PROBE_BEGIN(flow, force_kind, out);
+  return create_force(flow, &force_kind, boundary, wall, out);
+}
+
+sph_status sph_probe_create_reaction(sph_integrator *flow, sph_boundary *boundary, int wall,
+                                     sph_probe **out) {
+  SPHI_PROBE_BEGIN(flow, reaction_kind, out);
+  SPH_CHECK(context, flow->method->reaction, SPH_E_TYPE,
+            "probe \"reaction\": the method \"%s\" has none", flow->method->name);
+  return create_force(flow, &reaction_kind, boundary, wall, out);
 }
 
 static sph_status measure_energy(sph_probe *probe, double *values) {

@@ -57,6 +57,7 @@ typedef void (*sphi_list_function)(sphi_list *list, int32_t part, const sphi_fra
   X(gradient)                 \
   X(momentum)                 \
   X(rates)                    \
+  X(reaction)                 \
   X(shepard)                  \
   X(shepard_any)              \
   X(classic_shepard)          \

@@ -62,6 +62,11 @@ typedef struct sphi_rates_arguments {
   const double *m;    /* [n] */
 } sphi_rates_arguments;
 
+/* op_reaction: the ghosts' pressure term, which are the only sources, in the first list. */
+typedef struct sphi_reaction_arguments {
+  void *force[3]; /* [n] on the ghosts */
+} sphi_reaction_arguments;
+
 /* Largest speed and acceleration over some particles. */
 typedef struct sphi_extremes {
   double speed2, acceleration2;

@@ -26,6 +26,7 @@ static void destroy(sph_integrator *flow) {
   if (w->boundary) w->boundary->taken = false;
   sph_boundary_destroy(&w->boundary);
   sphi_list_free(context, &w->ghost_list);
+  sphi_free(context, w->ghost_record);
   for (int k = 0; k < WCSPH_ARRAYS; k++) sphi_free(context, w->array[k]);
   sphi_free(context, w->block);
   sphi_free(context, w->clear);
@@ -336,6 +337,15 @@ sph_status sph_wcsph_get_energy(const sph_integrator *integrator, sph_energy *en
   return SPH_OK;
 }
 
+sph_status sph_wcsph_read_reaction(sph_integrator *integrator, int wall, double *force) {
+  SETTER(integrator);
+  SPH_CHECK(context, force, SPH_E_ARGUMENT, "wcsph: force is NULL");
+  SPH_CHECK(context, w->boundary, SPH_E_ARGUMENT, "wcsph: the flow has no walls");
+  SPH_CHECK(context, wall >= 0 && wall < w->boundary->walls, SPH_E_ARGUMENT,
+            "wcsph: wall must be 0 to %d, got %d", w->boundary->walls - 1, wall);
+  return sphi_wcsph_reaction(integrator, wall, force);
+}
+
 /* Second moment of the kernel per direction over h^2: its square root is the width that sets how
  * short a wave the lattice feels. */
 static double second_moment(const sph_kernel *kernel) {
@@ -398,4 +408,5 @@ static const sphi_method method = {
     .pressure_gradient = pressure_gradient,
     .surroundings = surroundings,
     .energy = sph_wcsph_get_energy,
+    .reaction = sph_wcsph_read_reaction,
 };

@@ -25,6 +25,8 @@ enum {
 typedef struct wcsph {
   sph_boundary *boundary; /* NULL: no walls */
   sphi_list ghost_list;
+  void *ghost_record; /* scratch: those of one wall's ghosts */
+  int64_t ghost_record_capacity;
   double c0, rho0, gamma, alpha, nu, delta, skin;
   sph_equation_of_state equation;
   sph_diffusion diffusion;
@@ -61,6 +63,8 @@ double sphi_wcsph_density(const wcsph *w, double p);
 sph_status sphi_wcsph_refresh(sph_integrator *flow);
 double sphi_wcsph_limit(const sph_integrator *flow, sph_limiter *limiter);
 sph_status sphi_wcsph_step(sph_integrator *flow, double dt);
+/* Force on a wall by the pressures of its ghosts of the last evaluation and of the fluid now. */
+sph_status sphi_wcsph_reaction(sph_integrator *flow, int wall, double *force);
 /* The walls and particles fit together: nothing inside a wall, no open end under water. */
 sph_status sphi_wcsph_check_walls(sph_integrator *flow);
 /* Particles nearer to a wall than WCSPH_CONTACT spacings lose the speed at which they approach it, and
