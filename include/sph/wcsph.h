@@ -175,6 +175,25 @@ SPH_API SPH_NODISCARD sph_status sph_wcsph_set_periodic(sph_integrator *integrat
 SPH_API SPH_NODISCARD sph_status sph_wcsph_set_domain(sph_integrator *integrator, const double *lo,
                                                       const double *hi);
 
+/** Add a zone that takes waves out, so that they do not come back from the end of a tank. In every step dt
+ *
+ *     u_i <- u_i exp(-dt rate xi^2),   xi = (x_i[axis] - from) / (to - from), within 0 and 1
+ *
+ * so that all particles beyond `to` are damped at the full rate, and none before `from`; to < from is a zone
+ * towards the low end. Where zones overlap their rates add up. A zone of one wavelength with a rate of about
+ * 10 / wave period leaves little to come back. It also stops a current, and walls that move in it.
+ *
+ * Units      from, to m; rate 1/s, > 0
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator NULL, no such axis, from and to not finite or equal, rate not finite
+ *            or <= 0, more than 16 zones; SPH_E_TYPE another method
+ * Source     Larsen and Dancy (1983), Open boundaries in short wave simulations; differs: the profile xi^2,
+ *            and velocities alone
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_wcsph_add_damping_zone(sph_integrator *integrator, int axis,
+                                                            double from, double to, double rate);
+
 /** Largest distance beyond the support that neighbour lists reach, so that they last several steps;
  * below it the distance follows the speed of the flow.
  *

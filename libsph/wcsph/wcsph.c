@@ -249,6 +249,22 @@ sph_status sph_wcsph_set_domain(sph_integrator *integrator, const double *lo, co
   return SPH_OK;
 }
 
+sph_status sph_wcsph_add_damping_zone(sph_integrator *integrator, int axis, double from, double to,
+                                      double rate) {
+  SETTER(integrator);
+  const int dim = integrator->particles->dim;
+  SPH_CHECK(context, axis >= 0 && axis < dim, SPH_E_ARGUMENT, "wcsph: axis must be 0 to %d, got %d",
+            dim - 1, axis);
+  SPH_CHECK(context, isfinite(from) && isfinite(to) && isfinite(to - from) && from != to,
+            SPH_E_ARGUMENT, "wcsph: a damping zone needs two ends, got %g and %g m", from, to);
+  SPH_CHECK(context, isfinite(rate) && rate > 0, SPH_E_ARGUMENT,
+            "wcsph: the rate of a damping zone must be > 0 1/s, got %g", rate);
+  SPH_CHECK(context, w->zones < WCSPH_ZONES, SPH_E_ARGUMENT,
+            "wcsph: at most %d damping zones, this is one more", (int)WCSPH_ZONES);
+  w->zone[w->zones++] = (damping_zone){axis, from, to, rate};
+  return SPH_OK;
+}
+
 sph_status sph_wcsph_set_skin(sph_integrator *integrator, double skin) {
   SETTER(integrator);
   SPH_CHECK(context, skin >= 0.001 && skin <= 0.5, SPH_E_ARGUMENT,

@@ -22,6 +22,14 @@ enum {
   WCSPH_ARRAYS_PLAIN = WCSPH_VISCOUS /* what steppers other than Runge-Kutta need */
 };
 
+/* Velocities go down at `rate` times the square of the way from `from` to `to`, 0 to 1. */
+typedef struct damping_zone {
+  int axis;
+  double from, to, rate;
+} damping_zone;
+
+enum { WCSPH_ZONES = 16 };
+
 typedef struct wcsph {
   sph_boundary *boundary; /* NULL: no walls */
   sphi_list ghost_list;
@@ -33,6 +41,8 @@ typedef struct wcsph {
   sphi_body_force force;
   bool periodic[SPHI_MAX_DIM];
   double periodic_lo[SPHI_MAX_DIM], periodic_hi[SPHI_MAX_DIM];
+  int zones;
+  damping_zone zone[WCSPH_ZONES];
   bool domain_given;
   double domain_lo[SPHI_MAX_DIM], domain_hi[SPHI_MAX_DIM];
   void *array[WCSPH_ARRAYS];

@@ -248,6 +248,34 @@ static sph_status kick(sph_integrator *flow, double t, double dt, double part, b
   return bad == INT32_MAX ? SPH_OK : report_bad(flow, bad, dt);
 }
 
+/* Rate at which damping zones take velocity from a particle. */
+static double damping_rate(const sph_integrator *flow, int32_t i) {
+  const wcsph *w = wcsph_of(flow);
+  double rate = 0;
+  for (int k = 0; k < w->zones; k++) {
+    const damping_zone *zone = &w->zone[k];
+    const double x = sphi_frame_wrap(&flow->frame, zone->axis, field(flow, SPHI_X)[zone->axis][i]);
+    const double way = fmin(fmax((x - zone->from) / (zone->to - zone->from), 0), 1);
+    rate += zone->rate * way * way;
+  }
+  return rate;
+}
+
+/* Takes from velocities what damping zones do in a step. An exponential never turns them, however long the
+ * step; accelerations stay, since pressures do not know of velocities. */
+static void damp(sph_integrator *flow, double dt) {
+  double **v = field(flow, SPHI_V);
+  const int32_t n = flow->particles->n;
+  if (wcsph_of(flow)->zones == 0) return;
+#pragma omp parallel for num_threads(flow->context->threads) schedule(static) if (n > UPDATE_BLOCK)
+  for (int32_t i = 0; i < n; i++) {
+    const double rate = damping_rate(flow, i);
+    if (rate == 0) continue;
+    const double factor = exp(-dt * rate);
+    for (int d = 0; d < flow->particles->dim; d++) v[d][i] *= factor;
+  }
+}
+
 /* Symplectic Euler, written from the density on: density with the velocities now, velocities with the
  * new density, positions with the new velocities. */
 static sph_status step_symplectic(sph_integrator *flow, double dt) {
@@ -263,6 +291,7 @@ static sph_status step_symplectic(sph_integrator *flow, double dt) {
   SPH_TRY(update_ghosts(flow, t));
   run_momentum(flow, false);
   SPH_TRY(kick(flow, t, dt, 1, true));
+  damp(flow, dt);
   SPH_TRY(sphi_wcsph_stop_at_walls(flow, dt));
   return finish(flow, dt, dt, dt);
 }
@@ -290,6 +319,7 @@ static sph_status step_verlet(sph_integrator *flow, double dt) {
   SPH_TRY(update_ghosts(flow, t + dt));
   run_momentum(flow, false);
   SPH_TRY(kick(flow, t + dt, dt, 0.5, true));
+  damp(flow, dt);
   w->accelerated = true;
   return finish(flow, dt, 0, dt);
 }
@@ -340,6 +370,7 @@ static sph_status step_rk4(sph_integrator *flow, double dt) {
     const int32_t bad = run_update(flow, stage[k].update, &a);
     if (bad < INT32_MAX) return report_bad(flow, bad, dt);
   }
+  damp(flow, dt);
   SPH_TRY(sphi_wcsph_stop_at_walls(flow, dt));
   return finish(flow, dt, 0, 0);
 }
