@@ -122,10 +122,13 @@ static void create_probes(const setup *s, example_flow *f, sph_body *body) {
 }
 
 /* The figures; docs/examples.md says what each one is. Forces are means over half of sqrt(d/g), about the
- * time that sound takes from surface to bed and back. */
-static void summarise(const setup *s, example_flow *f, example_summary *summary) {
+ * time that sound takes from surface to bed and back; run-up is counted from the level that its gauge shows
+ * before the wave is there. */
+static void summarise(const setup *s, example_flow *f, const example_waves *w,
+                      example_summary *summary) {
   const sph_context *context = f->context;
   const example_flume *flume = &s->flume;
+  const double arrival = example_flume_arrival(flume, w);
   const double d = flume->depth, window = 0.1 * sqrt(d / flume->gravity);
   const double still = 0.5 * flume->density * flume->gravity * d * d;
   example_series force = example_series_read(context, f->probes[FORCE], 0);
@@ -133,6 +136,7 @@ static void summarise(const setup *s, example_flow *f, example_summary *summary)
   example_series place = example_series_read(context, f->probes[BODY], 0);
   const example_peak push = example_series_peak(&force, 0, INFINITY, 5 * window);
   const example_peak rise = example_series_peak(&run_up, 0, INFINITY, window);
+  const double level = example_series_mean(&run_up, 0.2 * arrival, 0.4 * arrival);
   const example_peak far = example_series_peak(&place, 0, INFINITY, window);
   example_summary_text(summary, "rule", s->fixed ? "fixed" : s->rule);
   example_summary_text(summary, "interpolator", s->scheme.interpolator);
@@ -142,7 +146,7 @@ static void summarise(const setup *s, example_flow *f, example_summary *summary)
   example_summary_number(summary, "stiffness", s->stiffness);
   example_summary_number(summary, "force_max_over_static", push.v / still);
   example_summary_number(summary, "force_max_time_s", push.t);
-  example_summary_number(summary, "run_up_over_d", rise.v / d - 1);
+  example_summary_number(summary, "run_up_over_d", (rise.v - level) / d);
   example_summary_number(summary, "run_up_time_s", rise.t);
   example_summary_number(summary, "displacement_max_over_d", far.v / d);
   example_summary_number(summary, "displacement_max_time_s", far.t);
@@ -168,7 +172,7 @@ int main(int argc, char **argv) {
   const double seconds = example_clock() - start;
 
   /* A run that stopped still tells what it has measured. */
-  summarise(&s, &f, &summary);
+  summarise(&s, &f, &w, &summary);
   const int64_t lost = example_flume_count_lost(&f);
   example_summary_integer(&summary, "particles_lost", lost);
   example_summary_flow(&summary, &f, seconds);

@@ -100,7 +100,8 @@ static void create_probes(const setup *s, example_flow *f) {
 }
 
 /* The figures; docs/examples.md says what each one is. Peaks of pressure and force are means over half of
- * sqrt(d/g), about the time that sound takes from surface to bed and back. */
+ * sqrt(d/g), about the time that sound takes from surface to bed and back; run-up is counted from the
+ * level that its gauge shows before the wave is there. */
 static void summarise(const setup *s, example_flow *f, const example_waves *w,
                       example_summary *summary) {
   const sph_context *context = f->context;
@@ -111,13 +112,15 @@ static void summarise(const setup *s, example_flow *f, const example_waves *w,
   static const char *const height_keys[] = {"gauge0_height_over_h", "gauge1_height_over_h",
                                             "gauge2_height_over_h", "gauge3_height_over_h",
                                             "gauge4_height_over_h"};
+  const double arrival = example_flume_arrival(flume, w);
   example_peak peaks[GAUGE + GAUGES];
-  double passes[GAUGES];
+  double passes[GAUGES], still = d;
   for (int k = 0; k < GAUGE + GAUGES; k++) {
     example_series series = example_series_read(context, f->probes[k], 0);
     /* The wave at a gauge, before what the wall sends back. */
-    const double last = k < GAUGE ? INFINITY : example_flume_arrival(flume, w);
+    const double last = k < GAUGE ? INFINITY : arrival;
     peaks[k] = example_series_peak(&series, 0, last, (k < RUN_UP ? 0.5 : 0.1) * second);
+    if (k == RUN_UP) still = example_series_mean(&series, 0.2 * arrival, 0.4 * arrival);
     if (k >= GAUGE) passes[k - GAUGE] = example_series_reach(&series, d + 0.5 * H);
     free(series.t);
   }
@@ -133,14 +136,14 @@ static void summarise(const setup *s, example_flow *f, const example_waves *w,
   example_summary_number(summary, "p0_max_after_force_s", peaks[P0].t - peaks[FORCE].t);
   example_summary_number(summary, "p1_max_over_rho_g_d", peaks[P1].v / bar);
   example_summary_number(summary, "p1_max_after_force_s", peaks[P1].t - peaks[FORCE].t);
-  example_summary_number(summary, "run_up_over_d", peaks[RUN_UP].v * sine / d - 1);
+  example_summary_number(summary, "run_up_over_d", (peaks[RUN_UP].v - still) * sine / d);
   example_summary_number(summary, "run_up_time_s", peaks[RUN_UP].t);
   for (int k = 0; k < GAUGES; k++)
     example_summary_number(summary, height_keys[k], (peaks[GAUGE + k].v - d) / H);
   /* By when the front passes at half the height. */
+  const double way = gauge_place(flume, 3) - gauge_place(flume, 1);
   example_summary_number(summary, "celerity_over_theory",
-                         (gauge_place(flume, 3) - gauge_place(flume, 0)) / (passes[3] - passes[0]) /
-                             sph_wave_celerity(w->wave));
+                         way / (passes[3] - passes[1]) / sph_wave_celerity(w->wave));
   example_series energy = example_series_read(context, f->probes[ENERGY], 3);
   example_summary_number(summary, "energy_end_minus_start_j", energy.v[energy.n - 1] - energy.v[0]);
   free(energy.t);

@@ -13,7 +13,7 @@ void example_flume_complete(example_flume *s) {
   if (!by_paddle(s) && strcmp(s->start, "theory") != 0)
     example_refuse("--start", "\"%s\" is neither paddle nor theory", s->start);
   if (*s->motion != '\0' && !by_paddle(s)) example_refuse("--motion", "wants --start paddle");
-  if (s->crest == 0) s->crest = fmin(22 * s->depth, 0.5 * s->length);
+  if (s->crest == 0) s->crest = fmin(20 * s->depth, 0.5 * s->length);
   if (!by_paddle(s) && s->crest > s->length)
     example_refuse("--crest", "must be in the flume of %g m, got %g", s->length, s->crest);
   if (s->angle < 45 || s->angle > 135)

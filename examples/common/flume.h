@@ -27,7 +27,7 @@ typedef struct example_flume {
       OPTION_TEXT("--start", (s).start, "paddle: a piston makes the wave; theory: it is there"), \
       OPTION_TEXT("--motion", (s).motion,                                                        \
                   "CSV with the piston's t_s and x_piston_m, instead of the theory's law"),      \
-      OPTION_NUMBER("--crest", (s).crest, 0, 10000, "theory: crest before the toe [m]; 22 d"),   \
+      OPTION_NUMBER("--crest", (s).crest, 0, 10000, "theory: crest before the toe [m]; 20 d"),   \
       OPTION_NUMBER("--paddle-start", (s).paddle_start, 0, 1000, "paddle: when it starts [s]"),  \
       OPTION_NUMBER("--end", (s).end, 0, 10000, "end [s]; 0: after the run-up")
 

@@ -15,7 +15,7 @@ vertical(h, file) = sprintf('%s/vertical_%s/%s.csv', out, h, file)
 
 # Times of the exact histories are from the largest run-up: lag after the undisturbed crest.
 celerity(h) = sqrt(g * d) * (h eq '0.2' ? 1.09434450 : 1.17807516)
-run_up_time(h) = 22 * d / celerity(h) + (h eq '0.2' ? 0.221 : 0.400) * second
+run_up_time(h) = 20 * d / celerity(h) + (h eq '0.2' ? 0.221 : 0.400) * second
 
 set output images.'/waves_force.png'
 set multiplot layout 1,2
