@@ -590,7 +590,7 @@ static sph_status fill_wet(sph_boundary *boundary, const sphi_variant *variant) 
 static sph_status keep_values(sph_boundary *boundary, int32_t *count) {
   SPH_CHECK(boundary->context,
             sphi_reserve(boundary->context, (void **)&boundary->kept, &boundary->kept_capacity,
-                         boundary->wet_count, sizeof *boundary->kept),
+                         boundary->wet_capacity, sizeof *boundary->kept),
             SPH_E_MEMORY, "boundary: no memory for %d ghosts", boundary->wet_count);
   *count = boundary->wet_count;
   for (int32_t k = 0; k < boundary->wet_count; k++) {
