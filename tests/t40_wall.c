@@ -769,6 +769,59 @@ static void rotation_carries_points(void) {
   sph_wall_destroy(&flap);
 }
 
+/* The point of a wall that was turned by an angle about the axis through the pivot, then displaced. */
+static void carry(const double *pivot, const double *axis, double angle, const double *shift,
+                  const double *from, double *to) {
+  const double length = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
+  double arm[3], unit[3], along = 0;
+  for (int d = 0; d < 3; d++) {
+    arm[d] = from[d] - pivot[d];
+    unit[d] = axis[d] / length;
+    along += arm[d] * unit[d];
+  }
+  for (int d = 0; d < 3; d++) {
+    const int e = (d + 1) % 3, f = (d + 2) % 3;
+    const double round = unit[e] * arm[f] - unit[f] * arm[e];
+    to[d] = pivot[d] + shift[d] + along * unit[d] + cos(angle) * (arm[d] - along * unit[d]) +
+            sin(angle) * round;
+  }
+}
+
+/* In 3D a wall that was displaced and turned is the wall that was created there. */
+static void moved_walls_are_where_they_would_be_created(void) {
+  const double bottom[4][3] = {{0, 0, 0}, {1, 0, 0}, {1, 0.4, 0}, {0, 0.4, 0}};
+  const double top[4][3] = {{0, 0, 0.5}, {1.3, 0, 0.5}, {1.3, 0.4, 0.5}, {0, 0.4, 0.5}};
+  const double pivot[] = {0.1, -0.2, 0.3}, axis[] = {1, -2, 0.5}, t = 0.4;
+  double amplitude = 0.9, shift = 0.2, at[4][3], above[4][3], faces[6][4][3];
+  const double angle = amplitude * sin(2 * t), displaced[3] = {shift * sin(t), 0, 0};
+  for (int k = 0; k < 4; k++) {
+    carry(pivot, axis, angle, displaced, bottom[k], at[k]);
+    carry(pivot, axis, angle, displaced, top[k], above[k]);
+  }
+  for (int obstacle = 0; obstacle < 2; obstacle++) {
+    sph_wall *moved = NULL, *there = NULL;
+    hexahedron(bottom, top, obstacle, faces);
+    SPH_TEST_OK(context, sph_wall_create_facets(context, 6, faces[0][0], &moved));
+    SPH_TEST_OK(context, sph_wall_set_rotation(moved, pivot, axis, tilt, &amplitude));
+    SPH_TEST_OK(context, sph_wall_set_motion(moved, swing, &shift));
+    hexahedron((const double(*)[3])at, (const double(*)[3])above, obstacle, faces);
+    SPH_TEST_OK(context, sph_wall_create_facets(context, 6, faces[0][0], &there));
+    uint64_t state = 3;
+    int inside = 0;
+    for (int k = 0; k < 3000; k++) {
+      double x[3], found, expected;
+      for (int d = 0; d < 3; d++) x[d] = -0.7 + 2.4 * sph_test_random(&state);
+      SPH_TEST_OK(context, sph_wall_distance(moved, t, x, &found));
+      SPH_TEST_OK(context, sph_wall_distance(there, 0, x, &expected));
+      SPH_TEST_CLOSE(found, expected, 1e-12, 1e-14);
+      inside += found > 0;
+    }
+    CU_ASSERT(inside > 50 && inside < 2950);
+    sph_wall_destroy(&moved);
+    sph_wall_destroy(&there);
+  }
+}
+
 static sph_status drive(double t, double dt, const double *force, double *displacement,
                         double *velocity, double *acceleration, void *user) {
   (void)t;
@@ -804,6 +857,52 @@ static void driver_moves_the_wall(void) {
   SPH_TEST_STATUS(context, sphi_wall_drive(wall, 2, 0.5, force), SPH_E_ARGUMENT,
                   "displacement[0] from its motion must be finite at t = 2.5 s");
   sph_wall_destroy(&wall);
+}
+
+static void bad_motions_are_refused(void) {
+  const double lo[] = {0, 0, 0}, hi[] = {1, 1, 1}, foot[] = {0, 0, 0}, up[] = {0, 0, 1};
+  const double no_place[] = {0, NAN, 0}, far[] = {0, 1e101, 0};
+  const double none[] = {0, 0, 0}, bad[] = {0, NAN, 1}, endless[] = {INFINITY, 0, 0};
+  double amplitude = 0.1;
+  for (int dim = 2; dim <= 3; dim++) {
+    sph_wall *wall = box(dim, lo, hi, 0);
+    SPH_TEST_STATUS(context, sph_wall_set_rotation(wall, NULL, up, tilt, &amplitude),
+                    SPH_E_ARGUMENT, "wall \"wall\": pivot must not be NULL");
+    SPH_TEST_STATUS(context, sph_wall_set_rotation(wall, no_place, up, tilt, &amplitude),
+                    SPH_E_ARGUMENT, "pivot[1] must be finite");
+    SPH_TEST_STATUS(context, sph_wall_set_rotation(wall, far, up, tilt, &amplitude), SPH_E_ARGUMENT,
+                    "at most 1e+100 m, got 1e+101 m");
+    CU_ASSERT(!sphi_wall_moves(wall));
+    if (dim == 3) {
+      SPH_TEST_STATUS(context, sph_wall_set_rotation(wall, foot, NULL, tilt, &amplitude),
+                      SPH_E_ARGUMENT, "axis must not be NULL in 3D");
+      SPH_TEST_STATUS(context, sph_wall_set_rotation(wall, foot, none, tilt, &amplitude),
+                      SPH_E_ARGUMENT, "axis (0, 0, 0) must be finite and not zero");
+      SPH_TEST_STATUS(context, sph_wall_set_rotation(wall, foot, bad, tilt, &amplitude),
+                      SPH_E_ARGUMENT, "must be finite and not zero");
+      SPH_TEST_STATUS(context, sph_wall_set_rotation(wall, foot, endless, tilt, &amplitude),
+                      SPH_E_ARGUMENT, "axis (inf, 0, 0) must be finite");
+      CU_ASSERT(!sphi_wall_moves(wall));
+    } else { /* no axis is looked at in 2D */
+      SPH_TEST_OK(context, sph_wall_set_rotation(wall, foot, bad, tilt, &amplitude));
+      SPH_TEST_OK(context, sph_wall_set_rotation(wall, NULL, NULL, NULL, NULL));
+    }
+    /* A wall has one translation, prescribed or by a driver, and a rotation besides. */
+    SPH_TEST_OK(context, sph_wall_set_motion(wall, swing, &amplitude));
+    SPH_TEST_STATUS(context, sph_wall_set_driver(wall, drive, &amplitude), SPH_E_ARGUMENT,
+                    "it has a prescribed motion");
+    CU_ASSERT(!sphi_wall_is_driven(wall));
+    SPH_TEST_OK(context, sph_wall_set_motion(wall, NULL, NULL));
+    SPH_TEST_OK(context, sph_wall_set_driver(wall, drive, &amplitude));
+    SPH_TEST_STATUS(context, sph_wall_set_motion(wall, swing, &amplitude), SPH_E_ARGUMENT,
+                    "it has a driver");
+    SPH_TEST_OK(context, sph_wall_set_motion(wall, NULL, NULL));
+    SPH_TEST_OK(context, sph_wall_set_rotation(wall, foot, up, tilt, &amplitude));
+    SPH_TEST_OK(context, sph_wall_set_driver(wall, NULL, NULL));
+    CU_ASSERT(!sphi_wall_is_driven(wall));
+    SPH_TEST_OK(context, sph_wall_set_motion(wall, swing, &amplitude));
+    sph_wall_destroy(&wall);
+  }
 }
 
 static void settings_and_references(void) {
@@ -1058,7 +1157,10 @@ SPH_TEST_MAIN("wall", {"context opens", context_opens},
               {"a prescribed motion moves the wall", motion_moves_the_wall},
               {"a rotation carries points with its velocity and acceleration",
                rotation_carries_points},
+              {"a wall displaced and turned in 3D is the one created there",
+               moved_walls_are_where_they_would_be_created},
               {"a driver moves the wall from step to step", driver_moves_the_wall},
+              {"bad rotations, and two translations, are refused", bad_motions_are_refused},
               {"settings, getters and references", settings_and_references},
               {"bad polylines and boxes are refused", bad_polylines_and_boxes_are_refused},
               {"bad facets are refused", bad_facets_are_refused},

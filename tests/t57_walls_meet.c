@@ -309,10 +309,199 @@ static void spring_finds_its_place(void) {
   CU_ASSERT(early[0] > 0.03 && early[0] == early[1]);
 }
 
+/* A tank of five plates in 3D that reach past each other: bed, both ends, both sides. */
+enum { PLATES = 5, END = 1 };
+typedef struct five_plates {
+  flow_world w;
+  sph_wall *wall[PLATES];
+} five_plates;
+
+static const double size[3] = {0.5, 0.4, 0.4}; /* length, width and depth of the water */
+
+/* A plate across an axis that reaches `past` the water. */
+static sph_wall *open_plate(sph_context *context, int axis, bool high, double past) {
+  const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+  double corners[4][3];
+  sph_wall *wall = NULL;
+  for (int k = 0; k < 4; k++) {
+    const int turn = high ? 3 - k : k; /* counterclockwise as the water sees it */
+    corners[k][axis] = high ? size[axis] : 0;
+    corners[k][a] = turn == 0 || turn == 3 ? -past : size[a] + past;
+    corners[k][b] = turn < 2 ? -past : size[b] + past;
+  }
+  SPH_TEST_OK(context, sph_wall_create_facets(context, 1, corners[0], &wall));
+  return wall;
+}
+
+static five_plates open_plates(double dx, double *at) {
+  const double lo[3] = {0}, slope[3] = {0, 0, -rho0 * g};
+  const flow_plan plan = {.dim = 3, .dx = dx, .c0 = 40, .precision = SPH_PRECISION_DOUBLE};
+  five_plates t = {.w = flow_open(plan)};
+  sph_context *context = t.w.context;
+  SPH_TEST_OK(context, sph_particles_fill_box(t.w.water, lo, size, rho0));
+  for (int k = 0; k < PLATES; k++)
+    t.wall[k] = open_plate(context, k == 0 ? 2 : (k - 1) / 2, k > 0 && k % 2 == 0, 8 * dx);
+  SPH_TEST_OK(context, sph_wall_set_motion(t.wall[END], stand, at));
+  t.w.wall = t.wall[0];
+  SPH_TEST_OK(context, sph_boundary_create(context, t.w.wall, dx, t.w.interpolator, &t.w.boundary));
+  for (int k = 1; k < PLATES; k++)
+    SPH_TEST_OK(context, sph_boundary_add_wall(t.w.boundary, t.wall[k]));
+  SPH_TEST_OK(context, sph_boundary_set_no_suction(t.w.boundary, false));
+  SPH_TEST_OK(context, sph_boundary_set_thin_threshold(t.w.boundary, 0));
+  SPH_TEST_OK(context, sph_wcsph_create(context, t.w.kernel, t.w.water, t.w.boundary, &t.w.flow));
+  SPH_TEST_OK(context, sph_wcsph_set_sound_speed(t.w.flow, plan.c0));
+  flow_linear_pressure(&t.w, rho0 * g * size[2], slope);
+  return t;
+}
+
+static void close_plates(five_plates *t) {
+  for (int k = 1; k < PLATES; k++) sph_wall_destroy(&t->wall[k]);
+  flow_free(&t->w);
+}
+
+/* The same in 3D. Edges reflect in both walls; corners of three walls are filled once too, and hold the
+ * pressure of their place. */
+static void corners_have_one_ghost_a_place_in_3d(void) {
+  const double dx = 0.05, u[3] = {0.3, -0.2, 0.1};
+  for (int k = 0; k < 4; k++) {
+    double at = -dx * k / 3;
+    five_plates t = open_plates(dx, &at);
+    const int64_t n = 3 * (int64_t)sph_particles_count(t.w.water);
+    double *moving = flow_room(n);
+    for (int64_t i = 0; i < n; i++) moving[i] = u[i % 3];
+    flow_write(&t.w, SPH_VELOCITY, moving);
+    flow_evaluate(&t.w);
+    double *x = ghost_values(&t.w, SPH_GHOST_POSITION), *v = ghost_values(&t.w, SPH_GHOST_VOLUME);
+    double *p = ghost_values(&t.w, SPH_GHOST_PRESSURE), *m = ghost_values(&t.w, SPH_GHOST_MIRROR);
+    double *w = ghost_values(&t.w, SPH_GHOST_VELOCITY), below = 0, beside = 0, behind = 0;
+    double worst_pressure = 0, worst_velocity = 0;
+    int dry = 0, by_walls[4] = {0};
+    for (int64_t i = 0; i < sph_boundary_count(t.w.boundary); i++) {
+      const double *y = x + 3 * i, *from = m + 3 * i;
+      if (v[i] == 0) continue;
+      const bool across[3] = {y[0] < at || y[0] > size[0], y[1] < 0 || y[1] > size[1], y[2] < 0};
+      const int walls = across[0] + across[1] + across[2];
+      by_walls[walls]++;
+      worst_pressure = fmax(worst_pressure, fabs(p[i] - rho0 * g * (size[2] - y[2])));
+      if (y[0] > at - 2 * dx && y[0] < size[0] + 2 * dx && y[1] > -2 * dx &&
+          y[1] < size[1] + 2 * dx && y[2] > -2 * dx && y[2] < size[2])
+        *(across[2] ? &below : across[1] ? &beside : &behind) += v[i];
+      if (walls == 3) continue;
+      for (int d = 0; d < 3; d++)
+        worst_velocity = fmax(worst_velocity, fabs(w[3 * i + d] - (across[d] ? -u[d] : u[d])));
+      dry += from[0] < at || from[0] > size[0] || from[1] < 0 || from[1] > size[1] || from[2] < 0;
+    }
+    const double length = size[0] - at + 4 * dx;
+    SPH_TEST_CLOSE(below, 2 * dx * length * (size[1] + 4 * dx), 1e-12, 0);
+    SPH_TEST_CLOSE(beside, 4 * dx * length * size[2], 1e-12, 0);
+    SPH_TEST_CLOSE(behind, 4 * dx * size[1] * size[2], 1e-12, 0);
+    SPH_TEST_BELOW(worst_pressure, 1e-9 * rho0 * g * size[2]);
+    SPH_TEST_BELOW(worst_velocity, 1e-9);
+    CU_ASSERT(by_walls[0] == 0 && by_walls[1] > 0 && by_walls[2] > 0 && by_walls[3] > 0);
+    CU_ASSERT_EQUAL(dry, 0);
+    free(moving), free(x), free(v), free(p), free(m), free(w);
+    close_plates(&t);
+  }
+}
+
+static void swing_flap(double t, double *angle, double *rate, double *acceleration, void *user) {
+  const double most = *(const double *)user, omega = 2 * pi / 0.8;
+  const double ramp = t < 0.8 ? 0.5 * (1 - cos(pi * t / 0.8)) : 1;
+  const double slope = t < 0.8 ? 0.5 * pi / 0.8 * sin(pi * t / 0.8) : 0;
+  const double bend = t < 0.8 ? 0.5 * pow(pi / 0.8, 2) * cos(pi * t / 0.8) : 0;
+  const double s = sin(omega * t), c = cos(omega * t);
+  *angle = most * ramp * s;
+  *rate = most * (slope * s + ramp * omega * c);
+  *acceleration = most * (bend * s + 2 * slope * omega * c - ramp * omega * omega * s);
+}
+
+/* A flap swings through three periods: it makes waves, no particle leaves the tank, the energy stays of the
+ * size of what the flap puts in, and 1 and 2 threads give the same bits. */
+static void flaps_make_waves(void) {
+  const double dx = 0.02, depth = 0.2, length = 0.6, hinge[2] = {0, 0}, rest[2] = {0, -rho0 * g};
+  const sph_index n = 300;
+  double *early[2] = {NULL}, lean = 0.12;
+  for (int threads = 2; threads >= 1; threads--) {
+    three_walls t = open_tank(
+        (flow_plan){
+            .dx = dx, .c0 = 15, .boundary = SPH_INTERPOLATOR_IMPROVED_SHEPARD, .threads = threads},
+        length, depth);
+    SPH_TEST_OK(t.w.context, sph_wall_set_rotation(t.wall[LEFT], hinge, NULL, swing_flap, &lean));
+    build_tank(&t);
+    flow_linear_pressure(&t.w, rho0 * g * depth, rest);
+    sph_probe *energy;
+    SPH_TEST_OK(t.w.context, sph_probe_create_energy(t.w.flow, &energy));
+    SPH_TEST_OK(t.w.context, sph_probe_sample(energy));
+    double start[4], now[4], most = 0, swing = 0;
+    SPH_TEST_OK(t.w.context, sph_probe_last(energy, start));
+    const int count = threads == 2 ? 16 : 48;
+    for (int k = 1; k <= count; k++) {
+      SPH_TEST_OK(t.w.context, sph_integrator_advance(t.w.flow, 0.05 * k));
+      SPH_TEST_OK(t.w.context, sph_probe_last(energy, now));
+      most = fmax(most, fabs(now[3] - start[3]));
+      swing = fmax(swing, now[0]);
+      if (k == 16) early[threads - 1] = flow_read(&t.w, SPH_POSITION);
+    }
+    if (threads == 1) {
+      CU_ASSERT_EQUAL(sph_particles_count(t.w.water), n);
+      double *x = flow_read(&t.w, SPH_POSITION), nearest = HUGE_VAL;
+      for (sph_index i = 0; i < n; i++)
+        for (int k = 0; k < WALLS; k++) {
+          double distance;
+          SPH_TEST_OK(t.w.context, sph_wall_distance(t.wall[k], sph_integrator_time(t.w.flow),
+                                                     x + 2 * i, &distance));
+          nearest = fmin(nearest, distance);
+        }
+      SPH_TEST_BELOW(0, nearest);
+      SPH_TEST_BELOW(0.005 * start[3], swing);
+      SPH_TEST_BELOW(most, 0.05 * start[3]);
+      free(x);
+    }
+    sph_probe_destroy(&energy);
+    close_tank(&t);
+  }
+  CU_ASSERT(!memcmp(early[0], early[1], 2 * (size_t)n * sizeof *early[0]));
+  free(early[0]), free(early[1]);
+}
+
+static sph_status give_up(double t, double dt, const double *force, double *displacement,
+                          double *velocity, double *acceleration, void *user) {
+  (void)force, (void)displacement, (void)velocity, (void)acceleration;
+  return t + dt > *(const double *)user ? SPH_E_UNSUPPORTED : SPH_OK;
+}
+
+/* A caller's driver that gives up ends that step with its status, and the message names the wall. */
+static void drivers_stop_steps(void) {
+  const double slope[2] = {0, -rho0 * g};
+  double last = 0.02;
+  three_walls t = open_tank((flow_plan){.dx = 0.05, .c0 = 40}, 1, 0.5);
+  SPH_TEST_OK(t.w.context, sph_wall_set_name(t.wall[RIGHT], "gate"));
+  SPH_TEST_OK(t.w.context, sph_wall_set_driver(t.wall[RIGHT], give_up, &last));
+  build_tank(&t);
+  flow_linear_pressure(&t.w, rho0 * g * 0.5, slope);
+  SPH_TEST_STATUS(t.w.context, sph_integrator_advance(t.w.flow, 1), SPH_E_UNSUPPORTED,
+                  "wall \"gate\": its driver stopped the run at t = 0.0");
+  const double stopped = sph_integrator_time(t.w.flow);
+  CU_ASSERT(stopped > 0.5 * last && stopped <= last);
+  double *x = flow_read(&t.w, SPH_POSITION);
+  /* What it stopped is as it was, and goes on when the driver does. */
+  SPH_TEST_STATUS(t.w.context, sph_integrator_step(t.w.flow), SPH_E_UNSUPPORTED, "\"gate\"");
+  double *again = flow_read(&t.w, SPH_POSITION);
+  CU_ASSERT(!memcmp(x, again, 2 * (size_t)sph_particles_count(t.w.water) * sizeof *x));
+  last = 1;
+  SPH_TEST_OK(t.w.context, sph_integrator_step(t.w.flow));
+  CU_ASSERT(sph_integrator_time(t.w.flow) > stopped);
+  free(x), free(again);
+  close_tank(&t);
+}
+
 SPH_TEST_MAIN("walls that meet",
               {"overlapping walls give a corner one ghost a place", corners_have_one_ghost_a_place},
+              {"and so they do in 3D", corners_have_one_ghost_a_place_in_3d},
               {"forces end where another wall begins", forces_end_at_corners},
               {"ghosts in a corner reflect in both walls", corners_reflect_in_both_walls},
               {"a flap turns with its ghosts, velocity and acceleration", flaps_turn},
               {"values of the last evaluation outlive new lists", values_outlive_lists},
-              {"a wall on a damped spring finds its place", spring_finds_its_place})
+              {"a wall on a damped spring finds its place", spring_finds_its_place},
+              {"a flap swings through three periods", flaps_make_waves},
+              {"a driver that gives up stops the step", drivers_stop_steps})
