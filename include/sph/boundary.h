@@ -44,8 +44,9 @@ typedef enum sph_ghost_value {
 /** Create the ghosts behind a wall.
  *
  * Layers at spacing/2, 3 spacing/2, ... fill the support radius of the interpolator's kernel. The
- * mirror point of a ghost x is 2 f - x with f the nearest point of the wall's side. With values I[.]
- * interpolated at the mirror point x_m from the fluid alone, wall velocity u_w and acceleration a_w:
+ * mirror point of a ghost x is 2 x_w - x with x_w the nearest point of the wall's side. With values I[.]
+ * interpolated at the mirror point x_m from the fluid alone, the wall's velocity u_w and acceleration a_w at
+ * x_w, and the body force f:
  *
  *     u = I[u] - 2 ((I[u] - u_w) . n) n          free slip                                 (1)
  *     u = 2 u_w - I[u]                           no slip, and behind edges and corners      (2)

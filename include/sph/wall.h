@@ -144,7 +144,7 @@ SPH_API SPH_NODISCARD sph_status sph_wall_set_slip(sph_wall *wall, sph_slip slip
  * Ownership  user is kept as it is and must live as long as the wall
  * Parallel   not while another call uses the context; motion is called from the thread that calls
  *            the library
- * Errors     SPH_E_ARGUMENT wall is NULL
+ * Errors     SPH_E_ARGUMENT wall is NULL, or has a driver or a body
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_wall_set_motion(sph_wall *wall, sph_wall_motion motion,
@@ -161,8 +161,8 @@ SPH_API SPH_NODISCARD sph_status sph_wall_set_motion(sph_wall *wall, sph_wall_mo
  * Ownership  pivot and axis are copied; user is kept as it is and must live as long as the wall
  * Parallel   not while another call uses the context; rotation is called from the thread that calls
  *            the library
- * Errors     SPH_E_ARGUMENT wall is NULL; with a rotation: pivot NULL or not finite, in 3D axis NULL,
- *            not finite or zero
+ * Errors     SPH_E_ARGUMENT wall is NULL; with a rotation: pivot NULL, not finite or above 1e100, in
+ *            3D axis NULL, not finite or zero
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_wall_set_rotation(sph_wall *wall, const double *pivot,
@@ -174,7 +174,7 @@ SPH_API SPH_NODISCARD sph_status sph_wall_set_rotation(sph_wall *wall, const dou
  *
  * Ownership  user is kept as it is and must live as long as the wall
  * Parallel   not while another call uses the context; driver is called from the thread that steps
- * Errors     SPH_E_ARGUMENT wall is NULL or has a prescribed motion
+ * Errors     SPH_E_ARGUMENT wall is NULL, has a prescribed translation or is moved by a body
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_wall_set_driver(sph_wall *wall, sph_wall_driver driver,
@@ -209,7 +209,7 @@ SPH_API int sph_wall_dim(const sph_wall *wall);
  */
 SPH_API int sph_wall_facet_count(const sph_wall *wall);
 
-/** Unit normal of a facet, into the fluid.
+/** Unit normal of a facet of the wall where it was created, into the fluid.
  *
  * Shape      normal [dim]
  * Units      dimensionless
