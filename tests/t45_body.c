@@ -236,6 +236,13 @@ static void bad_input(void) {
   sph_body_destroy(NULL);
 }
 
+static sph_status own_driver(double t, double dt, const double *force, double *displacement,
+                             double *velocity, double *acceleration, void *user) {
+  (void)t, (void)dt, (void)force, (void)displacement, (void)velocity, (void)acceleration;
+  (void)user;
+  return SPH_OK;
+}
+
 static void walls_take_bodies(void) {
   const double xy[] = {0, 1, 0, 0}, along[] = {0.6, 0.8}, crooked[] = {1, 1};
   sph_wall *wall = NULL, *other = NULL;
@@ -250,6 +257,12 @@ static void walls_take_bodies(void) {
   SPH_TEST_OK(context, sph_body_set_state(body, 0.5, 0));
   SPH_TEST_OK(context, sph_wall_set_body(wall, body, along));
   SPH_TEST_STATUS(context, sph_wall_set_body(other, body, along), SPH_E_ARGUMENT, "another wall");
+  SPH_TEST_OK(context, sph_wall_set_driver(other, own_driver, NULL));
+  sph_body *spare = body_of(1);
+  SPH_TEST_STATUS(context, sph_wall_set_body(other, spare, along), SPH_E_ARGUMENT, "has a driver");
+  SPH_TEST_OK(context, sph_wall_set_driver(other, NULL, NULL));
+  SPH_TEST_OK(context, sph_wall_set_body(other, spare, along)); /* it was not taken before */
+  sph_body_destroy(&spare);
   SPH_TEST_STATUS(context, sph_wall_set_driver(wall, NULL, NULL), SPH_E_ARGUMENT,
                   "a body moves it");
   SPH_TEST_STATUS(context, sph_body_set_state(body, 0, 0), SPH_E_ARGUMENT, "moves a wall");

@@ -495,6 +495,22 @@ static void drivers_stop_steps(void) {
   close_tank(&t);
 }
 
+/* A particle behind one wall is found though another is nearer. */
+static void particles_behind_walls_are_found(void) {
+  const double dx = 0.05;
+  three_walls t = open_tank((flow_plan){.dx = dx, .c0 = 40}, 1, 0.5);
+  build_tank(&t);
+  double *x = flow_read(&t.w, SPH_POSITION);
+  x[0] = -0.2 * dx;
+  x[1] = 0.1 * dx;
+  flow_write(&t.w, SPH_POSITION, x);
+  SPH_TEST_OK(t.w.context, sph_wall_set_name(t.wall[LEFT], "left side"));
+  SPH_TEST_STATUS(t.w.context, sph_integrator_step(t.w.flow), SPH_E_ARGUMENT,
+                  "lies 0.01 m inside wall \"left side\"");
+  free(x);
+  close_tank(&t);
+}
+
 SPH_TEST_MAIN("walls that meet",
               {"overlapping walls give a corner one ghost a place", corners_have_one_ghost_a_place},
               {"and so they do in 3D", corners_have_one_ghost_a_place_in_3d},
@@ -502,6 +518,7 @@ SPH_TEST_MAIN("walls that meet",
               {"ghosts in a corner reflect in both walls", corners_reflect_in_both_walls},
               {"a flap turns with its ghosts, velocity and acceleration", flaps_turn},
               {"values of the last evaluation outlive new lists", values_outlive_lists},
+              {"particles behind a wall are found", particles_behind_walls_are_found},
               {"a wall on a damped spring finds its place", spring_finds_its_place},
               {"a flap swings through three periods", flaps_make_waves},
               {"a driver that gives up stops the step", drivers_stop_steps})

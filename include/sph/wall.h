@@ -38,7 +38,7 @@ typedef void (*sph_wall_rotation)(double t, double *angle, double *rate, double 
  * solid], put on from the evaluations before. Displacement
  * from where the wall was created [m], velocity [m/s] and acceleration [m/s^2], each [dim], hold the
  * state at t (zero at first) and are to hold that at t + dt on return. A status that is not SPH_OK ends
- * the step with it.
+ * the step with it; walls whose drivers ran before have moved then.
  */
 typedef sph_status (*sph_wall_driver)(double t, double dt, const double *force,
                                       double *displacement, double *velocity, double *acceleration,

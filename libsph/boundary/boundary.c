@@ -280,6 +280,7 @@ sph_status sphi_boundary_drive(sph_boundary *boundary, double t, double dt) {
       middle[d] = force[d] + ahead * (force[d] - boundary->force[w][d]);
       boundary->force[w][d] = force[d];
     }
+    boundary->known = false; /* until all have moved */
     SPH_TRY(sphi_wall_drive(boundary->wall[w], t, dt, middle));
   }
   boundary->before = now;

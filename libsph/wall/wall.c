@@ -121,12 +121,13 @@ sph_status sph_wall_set_body(sph_wall *wall, sph_body *body, const double *direc
   SPH_CHECK(context, fabs(length2 - 1) <= 2e-6, SPH_E_ARGUMENT,
             "wall \"%s\": direction must be a unit vector, its length is %g", wall->name,
             sqrt(length2));
-  SPH_TRY(sph_wall_set_driver(wall, drive_by_body, wall));
-  const sph_status status = sphi_body_take(body, context, wall->name);
-  if (status != SPH_OK) {
-    wall->driver = NULL;
-    return status;
-  }
+  SPH_CHECK(context, !wall->motion, SPH_E_ARGUMENT,
+            "wall \"%s\": it has a prescribed motion, a body cannot give it another", wall->name);
+  SPH_CHECK(context, !wall->driver, SPH_E_ARGUMENT,
+            "wall \"%s\": it has a driver, a body cannot give it another motion", wall->name);
+  SPH_TRY(sphi_body_take(body, context, wall->name));
+  wall->driver = drive_by_body;
+  wall->driver_user = wall;
   wall->body = body;
   memcpy(wall->direction, direction, (size_t)wall->dim * sizeof *direction);
   return show_body(wall, wall->to.displacement, wall->to.velocity, wall->to.acceleration);

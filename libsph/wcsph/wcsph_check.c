@@ -1,8 +1,8 @@
 /* Do walls and particles fit together, and do they stay apart? */
 #include "wcsph/wcsph_impl.h"
 
-/* Distance of particle i to the nearest wall, negative inside a wall, and which; HUGE_VAL farther away
- * than `bound`. */
+/* Distance of particle i to the nearest wall, or negative to the wall that it is deepest inside, and which;
+ * HUGE_VAL farther away than `bound`. */
 static double wall_distance(const sph_integrator *flow, int32_t i, double bound, int *wall) {
   const sph_boundary *boundary = wcsph_of(flow)->boundary;
   const int dim = boundary->dim;
@@ -12,7 +12,7 @@ static double wall_distance(const sph_integrator *flow, int32_t i, double bound,
     for (int d = 0; d < dim; d++) x[d] = flow->particles->field[SPHI_X].data[d][i];
     const double distance =
         sphi_wall_foot_now(boundary->wall[k], &boundary->state[k], x, bound, foot);
-    if (fabs(distance) >= fabs(nearest)) continue;
+    if (distance >= nearest) continue;
     nearest = distance;
     *wall = k;
   }
