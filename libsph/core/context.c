@@ -180,6 +180,7 @@ void sphi_log(sph_context *context, sph_log_level level, const char *format, ...
 /* Zeroes a block. A page lies in the memory of the processor that writes it first: the threads share
  * large blocks as loops with a static schedule do. */
 static void clear(const sph_context *context, char *block, size_t bytes) {
+  (void)context; /* without OpenMP */
   const size_t chunk = (size_t)1 << 16;
   const int64_t chunks = (int64_t)((bytes + chunk - 1) / chunk);
 #pragma omp parallel for num_threads(context->threads) schedule(static) if (chunks >= 16)
