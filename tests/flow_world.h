@@ -38,6 +38,9 @@ static inline flow_world flow_open(flow_plan plan) {
   if (plan.ratio == 0) plan.ratio = 1.3;
   if (!plan.boundary) plan.boundary = SPH_INTERPOLATOR_MLS_LINEAR;
   if (!plan.threads) plan.threads = 1;
+#ifndef _OPENMP
+  plan.threads = 1;
+#endif
   flow_world w = {.plan = plan, .dim = plan.dim, .dx = plan.dx, .h = plan.ratio * plan.dx};
   CU_ASSERT_FATAL(sph_context_create_with_allocator(plan.allocator, &w.context) == SPH_OK);
   SPH_TEST_OK(w.context, sph_context_set_precision(w.context, plan.precision));
