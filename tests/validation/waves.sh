@@ -175,18 +175,16 @@ TEXT
   cat <<TEXT
 ![pressures on the inclined wall](images/waves_inclined.png)
 
-Interpolators, H/d = 0.6; the cost is that of the boundary for each step, as a multiple of improved Shepard's:
+Interpolators, H/d = 0.6, what they cost is in [which_interpolator.md](which_interpolator.md#cost):
 
-| interpolator | P0 | P1 | force | R/d | boundary | step |
-|---|---|---|---|---|---|---|
+| interpolator | P0 | P1 | force | R/d |
+|---|---|---|---|---|
 TEXT
   for m in $methods; do
     name=inclined_0.6$([ $m = improved-shepard ] || echo _$m)
     awk -v m=$m -v p0="$(figure "$out/$name.json" p0_max_over_rho_g_d)" -v p1="$(figure "$out/$name.json" p1_max_over_rho_g_d)" \
       -v f="$(figure "$out/$name.json" force_max_over_static)" -v r="$(figure "$out/$name.json" run_up_over_d)" \
-      -v g="$(figure "$out/$name.json" ghost_seconds)" -v s="$(figure "$out/$name.json" steps)" -v w="$(figure "$out/$name.json" wall_seconds)" \
-      -v g0="$(figure "$out/inclined_0.6.json" ghost_seconds)" -v s0="$(figure "$out/inclined_0.6.json" steps)" -v w0="$(figure "$out/inclined_0.6.json" wall_seconds)" \
-      'BEGIN { printf "| `%s` | %.3f | %.3f | %.3f | %.3f | %.2f | %.2f |\n", m, p0, p1, f, r, g / s / (g0 / s0), w / s / (w0 / s0) }'
+      'BEGIN { printf "| `%s` | %.3f | %.3f | %.3f | %.3f |\n", m, p0, p1, f, r }'
   done
   cat <<TEXT
 
