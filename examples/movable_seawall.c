@@ -111,14 +111,7 @@ static void create_probes(const setup *s, example_flow *f, sph_body *body) {
   OK(sph_probe_create_function(f->integrator, 4, names, units, look_at_body, body,
                                &f->probes[BODY]));
   OK(sph_probe_create_energy(f->integrator, &f->probes[ENERGY]));
-  for (int k = 0; k < PROBES; k++) {
-    OK(sph_probe_set_interval(f->probes[k], 0.02 * sqrt(flume->depth / flume->gravity)));
-    if (k != FORCE) OK(sph_probe_sample(f->probes[k])); /* nothing has pushed yet */
-  }
-  if (s->vtk == 0) return;
-  OK(sph_output_create_vtk(context, example_path(s->out, "vtk"), "water", &f->vtk));
-  OK(sph_output_add_field(f->vtk, SPH_VELOCITY));
-  OK(sph_output_add_field(f->vtk, SPH_PRESSURE));
+  example_flume_watch(flume, f, PROBES, FORCE, s->vtk, s->out);
 }
 
 /* The figures; docs/examples.md says what each one is. Forces are means over half of sqrt(d/g), about the

@@ -19,6 +19,12 @@ row() {
       print $1, value, bar, $5, ok ? "yes" : "NO" }' >>"$rows"
 }
 
+# row_without_bar QUANTITY VALUE REFERENCE: one figure that is reported alone.
+row_without_bar() {
+  printf '%s\t%s\t%s\n' "$1" "$2" "$3" | awk -F'\t' -v OFS='\t' '
+    { print $1, $2 ~ /^[-+.0-9]/ ? sprintf("%.4g", $2) : "none", "none", $3, "-" }' >>"$rows"
+}
+
 rows_failed() { awk -F'\t' '$5 == "NO"' "$rows" | wc -l | tr -d ' '; }
 
 rows_as_text() {
@@ -28,7 +34,7 @@ rows_as_text() {
 rows_as_markdown() {
   echo '| quantity | computed | bar | reference | within |'
   echo '|---|---|---|---|---|'
-  awk -F'\t' '{ printf "| %s | %s | %s | %s | %s |\n", $1, $2, $3, $4, $5 == "yes" ? "yes" : "**no**" }' "$rows"
+  awk -F'\t' '{ printf "| %s | %s | %s | %s | %s |\n", $1, $2, $3, $4, $5 == "NO" ? "**no**" : $5 }' "$rows"
 }
 
 rows_as_html() {

@@ -55,6 +55,9 @@ static void parse(int argc, char **argv, setup *s) {
   if (flume->angle == 0) flume->angle = strcmp(s->wall, "inclined") == 0 ? 120 : 90;
   if (flume->dx == 0) flume->dx = flume->depth / (s->quick ? 10 : 25);
   if (flume->length == 0) flume->length = 40 * flume->depth;
+  if (flume->length < 19 * flume->depth)
+    example_refuse("--length", "must be 19 depths at least, for the gauges, got %g m",
+                   flume->length);
   if ((s->vtk > 0 || s->pictures > 0) && *s->out == '\0')
     example_refuse(s->vtk > 0 ? "--vtk" : "--pictures", "wants a folder, --out");
   example_flume_complete(flume);
@@ -89,14 +92,7 @@ static void create_probes(const setup *s, example_flow *f) {
     OK(sph_probe_create_elevation(f->integrator, foot, up, 3 * depth, &f->probes[GAUGE + k]));
   }
   OK(sph_probe_create_energy(f->integrator, &f->probes[ENERGY]));
-  for (int k = 0; k < PROBES; k++) {
-    OK(sph_probe_set_interval(f->probes[k], 0.02 * sqrt(depth / flume->gravity)));
-    if (k != FORCE) OK(sph_probe_sample(f->probes[k])); /* nothing has pushed yet */
-  }
-  if (s->vtk == 0) return;
-  OK(sph_output_create_vtk(context, example_path(s->out, "vtk"), "water", &f->vtk));
-  OK(sph_output_add_field(f->vtk, SPH_VELOCITY));
-  OK(sph_output_add_field(f->vtk, SPH_PRESSURE));
+  example_flume_watch(flume, f, PROBES, FORCE, s->vtk, s->out);
 }
 
 /* The figures; docs/examples.md says what each one is. Peaks of pressure and force are means over half of

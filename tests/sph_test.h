@@ -9,6 +9,24 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Memory of which there are so many more blocks, for tests of what happens without: sph_test_allocate and
+ * sph_test_release are an allocator, `live` counts blocks in use. */
+typedef struct sph_test_memory {
+  int allowed, live;
+} sph_test_memory;
+
+static inline void *sph_test_allocate(size_t bytes, void *user) {
+  sph_test_memory *m = user;
+  if (m->allowed-- <= 0) return NULL;
+  m->live++;
+  return malloc(bytes);
+}
+
+static inline void sph_test_release(void *block, void *user) {
+  ((sph_test_memory *)user)->live--;
+  free(block);
+}
+
 /* |actual - expected| <= rtol |expected| + atol; prints both, the error and the bound if not. */
 #define SPH_TEST_CLOSE(actual, expected, rtol, atol)                                       \
   do {                                                                                     \

@@ -568,25 +568,9 @@ static void evaluation_checks_arguments(void) {
   sph_context_destroy(&context);
 }
 
-typedef struct memory {
-  int allowed, live;
-} memory;
-
-static void *limited_allocate(size_t bytes, void *user) {
-  memory *m = user;
-  if (m->allowed-- <= 0) return NULL;
-  m->live++;
-  return malloc(bytes);
-}
-
-static void limited_release(void *block, void *user) {
-  ((memory *)user)->live--;
-  free(block);
-}
-
 static void failed_allocations_leave_nothing(void) {
-  memory m = {1, 0};
-  const sph_allocator allocator = {limited_allocate, limited_release, &m};
+  sph_test_memory m = {1, 0};
+  const sph_allocator allocator = {sph_test_allocate, sph_test_release, &m};
   sph_context *context = NULL;
   CU_ASSERT_FATAL(sph_context_create_with_allocator(&allocator, &context) == SPH_OK);
   for (int type = 1; type <= sph_kernel_count(); type++) {
@@ -611,8 +595,8 @@ static void failed_allocations_leave_nothing(void) {
 }
 
 static void kernel_outlives_the_context_handle(void) {
-  memory m = {100, 0};
-  const sph_allocator allocator = {limited_allocate, limited_release, &m};
+  sph_test_memory m = {100, 0};
+  const sph_allocator allocator = {sph_test_allocate, sph_test_release, &m};
   sph_context *context = NULL;
   CU_ASSERT_FATAL(sph_context_create_with_allocator(&allocator, &context) == SPH_OK);
   sph_kernel *kernel = new_kernel(context, SPH_KERNEL_GAUSSIAN, 2, 1);

@@ -272,25 +272,9 @@ static void names_and_getters(void) {
   stop();
 }
 
-typedef struct memory {
-  int allowed, live;
-} memory;
-
-static void *limited_allocate(size_t bytes, void *user) {
-  memory *m = user;
-  if (m->allowed-- <= 0) return NULL;
-  m->live++;
-  return malloc(bytes);
-}
-
-static void limited_release(void *block, void *user) {
-  ((memory *)user)->live--;
-  free(block);
-}
-
 static void failed_allocations_leave_nothing(void) {
-  memory m = {1, 0};
-  const sph_allocator allocator = {limited_allocate, limited_release, &m};
+  sph_test_memory m = {1, 0};
+  const sph_allocator allocator = {sph_test_allocate, sph_test_release, &m};
   sph_context *poor = NULL;
   CU_ASSERT_FATAL(sph_context_create_with_allocator(&allocator, &poor) == SPH_OK);
   for (int kind = 1; kind <= KINDS; kind++) {
@@ -316,8 +300,8 @@ static void failed_allocations_leave_nothing(void) {
 }
 
 static void wave_outlives_its_handles(void) {
-  memory m = {100, 0};
-  const sph_allocator allocator = {limited_allocate, limited_release, &m};
+  sph_test_memory m = {100, 0};
+  const sph_allocator allocator = {sph_test_allocate, sph_test_release, &m};
   sph_context *own = NULL;
   sph_wave *wave = NULL;
   CU_ASSERT_FATAL(sph_context_create_with_allocator(&allocator, &own) == SPH_OK);

@@ -502,25 +502,9 @@ static void handle_refusals(void) {
 
 /* --------------------------------------------------------------------------------- memory */
 
-typedef struct memory {
-  int allowed, live;
-} memory;
-
-static void *limited_allocate(size_t bytes, void *user) {
-  memory *m = user;
-  if (m->allowed-- <= 0) return NULL;
-  m->live++;
-  return malloc(bytes);
-}
-
-static void limited_release(void *block, void *user) {
-  ((memory *)user)->live--;
-  free(block);
-}
-
 static void failed_allocations_leave_nothing(void) {
-  memory m = {1, 0};
-  const sph_allocator allocator = {limited_allocate, limited_release, &m};
+  sph_test_memory m = {1, 0};
+  const sph_allocator allocator = {sph_test_allocate, sph_test_release, &m};
   CU_ASSERT_FATAL(sph_context_create_with_allocator(&allocator, &context) == SPH_OK);
   write_file("t,x\n0,0\n1,1\n2,1\n", 16);
   for (int type = 1; type <= sph_paddle_type_count() + 1; type++) {

@@ -149,6 +149,19 @@ double example_flume_arrival(const example_flume *s, const example_waves *w) {
   return middle + (s->length - 0.5 * sph_paddle_stroke(w->paddle)) / c;
 }
 
+void example_flume_watch(const example_flume *flume, example_flow *f, int count, int force, int vtk,
+                         const char *folder) {
+  sph_context *context = f->context;
+  for (int k = 0; k < count; k++) {
+    OK(sph_probe_set_interval(f->probes[k], 0.02 * sqrt(flume->depth / flume->gravity)));
+    if (k != force) OK(sph_probe_sample(f->probes[k]));
+  }
+  if (vtk == 0) return;
+  OK(sph_output_create_vtk(context, example_path(folder, "vtk"), "water", &f->vtk));
+  OK(sph_output_add_field(f->vtk, SPH_VELOCITY));
+  OK(sph_output_add_field(f->vtk, SPH_PRESSURE));
+}
+
 sph_status example_flume_run(const example_flume *flume, example_flow *f, double end, int vtk,
                              int pictures, const char *folder) {
   sph_context *context = f->context;

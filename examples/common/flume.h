@@ -49,6 +49,10 @@ void example_flume_create(const example_flume *s, const example_scheme *scheme, 
                           example_flow *f, example_waves *w);
 void example_waves_destroy(example_waves *w);
 
+/* Lets the first `count` probes sample every 0.02 sqrt(d/g), from now on but for number `force`, since nothing
+ * has pushed yet; prepares frames for ParaView if there are to be any. */
+void example_flume_watch(const example_flume *flume, example_flow *f, int count, int force, int vtk,
+                         const char *folder);
 /* Steps to the end, with frames for ParaView and as text for gnuplot in the folder. */
 sph_status example_flume_run(const example_flume *flume, example_flow *f, double end, int vtk,
                              int pictures, const char *folder);

@@ -9,43 +9,9 @@
 # --update   copy the page to docs/validation.md and its plots to docs/images/
 # BUILD in the environment is where the examples were built.
 set -eu
-export GOMP_SPINCOUNT=${GOMP_SPINCOUNT:-10000} # longer waits of threads slow a shared machine down
-root=$(cd "$(dirname "$0")/../.." && pwd)
-examples=$root/examples
-measured=$root/tests/data
-usage() { echo "usage: run.sh FOLDER [--quick] [--report] [--update]" >&2; exit 2; }
-[ $# -ge 1 ] || usage
-mkdir -p "$1"
-out=$(cd "$1" && pwd)
-shift
-quick=0 report=0 update=0
-for option in "$@"; do
-  case $option in
-    --quick) quick=1 ;;
-    --report) report=1 ;;
-    --update) update=1 ;;
-    *) usage ;;
-  esac
-done
-build=${BUILD:-$root/build}
-case $build in /*) ;; *) [ -d "$build" ] && build=$(cd "$build" && pwd) || build=$root/$build ;; esac
-[ -x "$build/examples/dam_break" ] || make -C "$root" --no-print-directory BUILD="$build" examples
-command -v gnuplot >/dev/null || { echo "run.sh wants gnuplot (Debian: gnuplot-nox)" >&2; exit 1; }
-# shellcheck source=examples/report.sh
-. "$examples/report.sh"
-rows=$out/rows.txt
-
-# run NAME EXAMPLE OPTION ...: one run into $out/NAME; its words are in $out/NAME.txt. A run that fails
-# leaves what it has and shows up in the table.
-run() {
-  name=$1 example=$2
-  shift 2
-  [ "$report" = 1 ] && return 0
-  rm -rf "${out:?}/$name" "$out/$name.json"
-  printf '%s: %s %s\n' "$name" "$example" "$*"
-  "$build/examples/$example" "$@" --out "$out/$name" --summary "$out/$name.json" >"$out/$name.txt" 2>&1 || true
-  tail -n 1 "$out/$name.txt"
-}
+page=validation.md wants=dam_break
+# shellcheck source=tests/validation/runs.sh
+. "$(dirname "$0")/runs.sh"
 
 rest=35 flat='' small='--dx 0.00146' deep=''
 if [ "$quick" = 1 ]; then rest=1 flat='--dx 0.02' small='--dx 0.00584' deep='--dx 0.0625 --end-t-star 2'; fi
@@ -68,7 +34,6 @@ wait
 
 mkdir -p "$out/images"
 rm -f "$out"/images/*.png
-plot() { gnuplot "$@" || echo "run.sh: gnuplot failed: $*" >&2; }
 plot -e "run='$out/dam_break'; small='$out/front'; measured='$measured'; images='$out/images'" "$examples/dam_break_plots.gp"
 pictures() {
   frames=$(find "$out/$1" -name 'picture_*.txt' | wc -l | tr -d ' ')
@@ -95,14 +60,6 @@ rest_rows() {
     -v b="$(figure "$file" kinetic_energy_mean_first_fifth_j)" 'BEGIN { if (b > 0) print a / b; else print "null" }')" 0 1 'falling'
   row 'particles that left the tank' "$(figure "$file" particles_lost)" 0 0 'none'
 }
-missed=0
-table() {
-  rows_as_markdown
-  echo
-  missed=$((missed + $(rows_failed)))
-  : >"$rows"
-}
-: >"$rows"
 {
   cat <<'TEXT'
 # Validation
@@ -172,16 +129,5 @@ TEXT
   echo '![flow, seen from the side](images/dam_break_3d_flow.png)'
   echo
   echo 'Round-off grows in a breaking flow as in any chaotic one: symmetry to round-off is asked for before the impact.'
-} >"$out/validation.md"
-rm "$rows"
-
-for image in "$out"/images/*.png; do
-  size=$(wc -c <"$image")
-  [ "$size" -le 150000 ] || echo "run.sh: $image has $size bytes: more than 150000 is too large for docs/images" >&2
-done
-if [ "$update" = 1 ]; then
-  mkdir -p "$root/docs/images"
-  cp "$out"/images/*.png "$root/docs/images/"
-  cp "$out/validation.md" "$root/docs/validation.md"
-fi
-echo "$out/validation.md: $missed figures outside their bars"
+} >"$out/$page"
+finish
