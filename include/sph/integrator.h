@@ -8,6 +8,9 @@
 
 SPH_BEGIN_DECLS
 
+/** Body force per mass at a place and time: writes force [dim] in m/s^2. Called from several threads. */
+typedef void (*sph_body_force)(double t, const double *x, double *force, void *user);
+
 /** Time stepping schemes. */
 typedef enum sph_stepper {
   SPH_STEPPER_SYMPLECTIC =

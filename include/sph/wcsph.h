@@ -24,9 +24,6 @@ typedef enum sph_equation_of_state {
   SPH_EOS_TAIT = 2    /**< p = (rho0 c0^2 / gamma) ((rho/rho0)^gamma - 1) */
 } sph_equation_of_state;
 
-/** Body force per mass at a place and time: writes force [dim] in m/s^2. Called from several threads. */
-typedef void (*sph_body_force)(double t, const double *x, double *force, void *user);
-
 /** Energies of the fluid.
  * potential = - sum_i m_i g . x_i for the constant gravity alone; compressible = work stored by the
  * equation of state from rho0. */

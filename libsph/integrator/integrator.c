@@ -30,6 +30,7 @@ void sph_integrator_destroy(sph_integrator **integrator) {
   if (--dead->references > 0) return;
   sph_context *context = dead->context;
   if (dead->data) dead->method->destroy(dead);
+  sphi_cloud_free(dead);
   sphi_columns_free(context, &dead->columns);
   sphi_clusters_free(context, &dead->clusters);
   sphi_list_free(context, &dead->list);
@@ -58,6 +59,14 @@ sph_status sphi_integrator_create(sph_context *context, const sphi_method *metho
   sphi_kernel_retain(kernel);
   flow->variant = sphi_variant_find(context->isa, context->precision);
   *out = flow;
+  return SPH_OK;
+}
+
+sph_status sphi_integrator_check_method(const sph_integrator *flow, const sphi_method *method) {
+  if (!flow) return SPH_E_ARGUMENT;
+  SPH_CHECK(flow->context, flow->method == method, SPH_E_TYPE,
+            "integrator: this setting is of \"%s\", the integrator is \"%s\"", method->name,
+            flow->method->name);
   return SPH_OK;
 }
 

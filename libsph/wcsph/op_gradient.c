@@ -10,7 +10,7 @@
 #define OPERATOR gradient
 #define OP_BARE 1
 #define OP_PRUNES 1
-#include "sweep/pair.h"
+#include "integrator/pairs_impl.h"
 #include "wcsph/ops.h"
 
 typedef sphi_gradient_arguments op_arguments;

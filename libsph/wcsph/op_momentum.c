@@ -11,7 +11,7 @@
  */
 #define OPERATOR momentum
 #define OP_BARE 1
-#include "sweep/pair.h"
+#include "integrator/pairs_impl.h"
 #include "wcsph/ops.h"
 
 typedef sphi_momentum_arguments op_arguments;

@@ -3,7 +3,7 @@
  * D_i = sum_j (u_j - u_i) . grad_i W_ij V_j, over fluid and ghosts. */
 #define OPERATOR rates
 #define OP_BARE 1
-#include "sweep/pair.h"
+#include "integrator/pairs_impl.h"
 #include "wcsph/ops.h"
 
 typedef sphi_rates_arguments op_arguments;

@@ -3,34 +3,7 @@
 #ifndef SPHI_WCSPH_OPS_H
 #define SPHI_WCSPH_OPS_H
 
-#include "boundary/boundary_impl.h"
-
-#ifdef SPHI_PAIR_H
-/* gw of a pair of fluid and ghost: zero where the fluid does not see the ghost. */
-SPHI_INLINE vreal ghost_gw(const int dim, const real *ghost, const pair *g) {
-  int32_t away;
-  memcpy(&away, ghost + SPHI_GHOST_GATES(dim), sizeof away);
-  vreal gw = g->gw;
-  if (!away) return gw;
-  const real *gate = ghost + (int64_t)away * SPHI_GHOST(dim);
-  const int gates = (int)*gate++;
-  for (int k = 0; k < gates; k++, gate += dim + 1) {
-    vreal side = v_set(gate[dim] * g->constants->per_metre);
-    for (int d = 0; d < dim; d++) side += gate[d] * g->dx[d];
-    gw = v_where(side > 0, gw);
-  }
-  return gw;
-}
-
-/* 1/rho of `count` targets as the pairs have it: by the volumes that they are weighted with, so that
- * forces balance. */
-SPHI_INLINE vreal over_density(const int dim, const void *record, const double *m, int32_t first,
-                               int32_t count) {
-  const int stride = SPHI_RECORD(dim);
-  const real *volume = (const real *)record + (int64_t)first * stride + SPHI_RECORD_V(dim);
-  return pair_lanes(volume, stride, 0) / lanes_load(m + first, count, 1);
-}
-#endif
+#include "integrator/integrator_impl.h"
 
 /* op_gradient: geometry and velocity. */
 typedef struct sphi_gradient_arguments {
@@ -61,11 +34,6 @@ typedef struct sphi_rates_arguments {
   const void *record; /* of the targets */
   const double *m;    /* [n] */
 } sphi_rates_arguments;
-
-/* op_reaction: the ghosts' pressure term, which are the only sources, in the first list. */
-typedef struct sphi_reaction_arguments {
-  void *force[3]; /* [n] on the ghosts */
-} sphi_reaction_arguments;
 
 /* Largest speed and acceleration over some particles. */
 typedef struct sphi_extremes {

@@ -4,109 +4,45 @@
 static const sphi_method method;
 static double stable_courant(const sph_integrator *flow, sph_stepper stepper);
 
-#define SETTER(flow)                                                              \
-  if (!(flow)) return SPH_E_ARGUMENT;                                             \
-  sph_context *context = (flow)->context;                                         \
-  SPH_CHECK(context, (flow)->method == &method, SPH_E_TYPE,                       \
-            "integrator: this setting is of \"wcsph\", the integrator is \"%s\"", \
-            (flow)->method->name);                                                \
+#define SETTER(flow)                                      \
+  SPH_TRY(sphi_integrator_check_method((flow), &method)); \
+  sph_context *context = (flow)->context;                 \
   wcsph *w = wcsph_of(flow)
 
-double sphi_wcsph_density(const wcsph *w, double p) {
-  const double stiffness = w->rho0 * w->c0 * w->c0;
+double sphi_wcsph_density(const sph_integrator *flow, double p) {
+  const wcsph *w = wcsph_of(flow);
+  const double rho0 = flow->cloud.rho0, stiffness = rho0 * w->c0 * w->c0;
   const double rho = w->equation == SPH_EOS_LINEAR
-                         ? w->rho0 + p / (w->c0 * w->c0)
-                         : w->rho0 * pow(1 + w->gamma * p / stiffness, 1 / w->gamma);
+                         ? rho0 + p / (w->c0 * w->c0)
+                         : rho0 * pow(1 + w->gamma * p / stiffness, 1 / w->gamma);
   return rho > 0 ? rho : NAN;
 }
 
 static void destroy(sph_integrator *flow) {
   wcsph *w = wcsph_of(flow);
   sph_context *context = flow->context;
-  if (w->boundary) w->boundary->taken = false;
-  sph_boundary_destroy(&w->boundary);
-  sphi_list_free(context, &w->ghost_list);
-  sphi_free(context, w->ghost_record);
   for (int k = 0; k < WCSPH_ARRAYS; k++) sphi_free(context, w->array[k]);
   sphi_free(context, w->block);
-  sphi_free(context, w->clear);
   sphi_free(context, w);
   flow->data = NULL;
 }
 
-/* The acceleration is a field, so that it is sorted with the particles and callers can read it. */
-static sph_status acceleration_field(sph_particles *particles, int *number) {
-  static const char *const name = "acceleration";
-  for (int pass = 0; pass < 2; pass++) {
-    for (int k = 0; k < particles->fields; k++) {
-      if (strcmp(particles->field[k].name, name)) continue;
-      SPH_CHECK(particles->context, particles->field[k].components == particles->dim,
-                SPH_E_ARGUMENT,
-                "particles \"%s\": field \"acceleration\" must have %d components, it has %d",
-                particles->name, particles->dim, particles->field[k].components);
-      *number = k;
-      return SPH_OK;
-    }
-    SPH_TRY(sph_particles_add_field(particles, name, particles->dim, "m/s^2"));
-  }
-  return SPH_E_INTERNAL;
-}
-
 sph_status sph_wcsph_create(sph_context *context, sph_kernel *kernel, sph_particles *particles,
                             sph_boundary *boundary, sph_integrator **out) {
-  if (out) *out = NULL;
-  if (!context) return SPH_E_ARGUMENT;
-  SPH_CHECK(context, kernel && particles && out, SPH_E_ARGUMENT, "wcsph: %s is NULL",
-            !kernel      ? "kernel"
-            : !particles ? "particles"
-                         : "out");
-  const char *stranger = kernel->context != context                 ? "kernel"
-                         : particles->context != context            ? "particle set"
-                         : boundary && boundary->context != context ? "boundary"
-                                                                    : NULL;
-  SPH_CHECK(context, !stranger, SPH_E_ARGUMENT, "wcsph: the %s is of another context", stranger);
-  SPH_CHECK(context, kernel->dim == particles->dim, SPH_E_ARGUMENT,
-            "wcsph: the kernel has dimension %d, particles \"%s\" have %d", kernel->dim,
-            particles->name, particles->dim);
-  SPH_CHECK(context, particles->n > 0, SPH_E_ARGUMENT,
-            "wcsph: particles \"%s\" are none; fill the set first", particles->name);
-  if (boundary) {
-    SPH_CHECK(context, boundary->dim == particles->dim, SPH_E_ARGUMENT,
-              "wcsph: the boundary has dimension %d, particles \"%s\" have %d", boundary->dim,
-              particles->name, particles->dim);
-    SPH_CHECK(context, boundary->interpolator->kernel->support >= kernel->support * (1 - 1e-12),
-              SPH_E_ARGUMENT,
-              "wcsph: ghosts lie %g m deep, the kernel's support is %g m; give the interpolator a "
-              "kernel of at least that support",
-              boundary->interpolator->kernel->support, kernel->support);
-    SPH_CHECK(context, !boundary->taken, SPH_E_ARGUMENT,
-              "wcsph: another integrator has this boundary; create one more from the same walls");
-  }
-  int acceleration = 0;
-  SPH_TRY(acceleration_field(particles, &acceleration));
   sph_integrator *flow;
-  SPH_TRY(sphi_integrator_create(context, &method, particles, kernel, &flow));
+  SPH_TRY(sphi_cloud_create(context, &method, kernel, particles, boundary, out));
+  flow = *out;
   wcsph *w = SPHI_NEW(context, 1, wcsph);
   if (!w) {
-    sph_integrator_destroy(&flow);
+    sph_integrator_destroy(out);
     return SPHI_ERROR(context, SPH_E_MEMORY, "wcsph: no memory");
   }
   flow->data = w;
-  w->acceleration = acceleration;
-  w->boundary = boundary;
-  if (boundary) {
-    sphi_boundary_retain(boundary);
-    boundary->taken = true;
-  }
-  w->rho0 = 1000;
   w->gamma = 7;
   w->equation = SPH_EOS_LINEAR;
   w->diffusion = SPH_DIFFUSION_DELTA;
   w->delta = 0.1;
   w->alpha = 0.02;
-  w->skin = 0.25;
-  w->force.constant[particles->dim - 1] = -9.81;
-  *out = flow;
   return SPH_OK;
 }
 
@@ -129,13 +65,44 @@ sph_status sph_wcsph_set_sound_speed(sph_integrator *integrator, double c0) {
   return SPH_OK;
 }
 
+#define OF_CLOUD(flow, call)                              \
+  SPH_TRY(sphi_integrator_check_method((flow), &method)); \
+  wcsph_of(flow)->accelerated = false;                    \
+  return call
+
 sph_status sph_wcsph_set_reference_density(sph_integrator *integrator, double density) {
-  SETTER(integrator);
-  SPH_CHECK(context, isfinite(density) && density > 0, SPH_E_ARGUMENT,
-            "wcsph: reference density must be > 0 kg/m^3, got %g", density);
-  w->rho0 = density;
-  integrator->revision = -1;
-  return SPH_OK;
+  OF_CLOUD(integrator, sphi_cloud_set_reference_density(integrator, density));
+}
+
+sph_status sph_wcsph_set_gravity(sph_integrator *integrator, const double *gravity) {
+  OF_CLOUD(integrator, sphi_cloud_set_gravity(integrator, gravity));
+}
+
+sph_status sph_wcsph_set_body_force(sph_integrator *integrator, sph_body_force function,
+                                    void *user) {
+  OF_CLOUD(integrator, sphi_cloud_set_body_force(integrator, function, user));
+}
+
+sph_status sph_wcsph_set_periodic(sph_integrator *integrator, int axis, double lo, double hi) {
+  OF_CLOUD(integrator, sphi_cloud_set_periodic(integrator, axis, lo, hi));
+}
+
+sph_status sph_wcsph_set_domain(sph_integrator *integrator, const double *lo, const double *hi) {
+  OF_CLOUD(integrator, sphi_cloud_set_domain(integrator, lo, hi));
+}
+
+sph_status sph_wcsph_add_damping_zone(sph_integrator *integrator, int axis, double from, double to,
+                                      double rate) {
+  OF_CLOUD(integrator, sphi_cloud_add_damping_zone(integrator, axis, from, to, rate));
+}
+
+sph_status sph_wcsph_set_skin(sph_integrator *integrator, double skin) {
+  OF_CLOUD(integrator, sphi_cloud_set_skin(integrator, skin));
+}
+
+sph_status sph_wcsph_read_reaction(sph_integrator *integrator, int wall, double *force) {
+  SPH_TRY(sphi_integrator_check_method(integrator, &method));
+  return sphi_cloud_read_reaction(integrator, wall, force);
 }
 
 sph_status sph_wcsph_set_equation_of_state(sph_integrator *integrator,
@@ -148,28 +115,6 @@ sph_status sph_wcsph_set_equation_of_state(sph_integrator *integrator,
   w->equation = equation;
   if (equation == SPH_EOS_TAIT) w->gamma = gamma;
   integrator->revision = -1;
-  return SPH_OK;
-}
-
-sph_status sph_wcsph_set_gravity(sph_integrator *integrator, const double *gravity) {
-  SETTER(integrator);
-  const int dim = integrator->particles->dim;
-  SPH_CHECK(context, gravity, SPH_E_ARGUMENT, "wcsph: gravity is NULL");
-  SPH_CHECK(context, sphi_finite(dim, gravity), SPH_E_ARGUMENT,
-            "wcsph: gravity must be finite, got (%g, %g, %g)", gravity[0], gravity[1],
-            dim == 3 ? gravity[2] : 0.0);
-  memcpy(w->force.constant, gravity, (size_t)dim * sizeof *gravity);
-  w->accelerated = false;
-  return SPH_OK;
-}
-
-sph_status sph_wcsph_set_body_force(sph_integrator *integrator, sph_body_force function,
-                                    void *user) {
-  SETTER(integrator);
-  (void)context;
-  w->force.function = function;
-  w->force.user = user;
-  w->accelerated = false;
   return SPH_OK;
 }
 
@@ -218,69 +163,6 @@ sph_status sph_wcsph_set_laminar_viscosity(sph_integrator *integrator, double nu
   return SPH_OK;
 }
 
-sph_status sph_wcsph_set_periodic(sph_integrator *integrator, int axis, double lo, double hi) {
-  SETTER(integrator);
-  const int dim = integrator->particles->dim;
-  SPH_CHECK(context, axis >= 0 && axis < dim, SPH_E_ARGUMENT, "wcsph: axis must be 0 to %d, got %d",
-            dim - 1, axis);
-  SPH_CHECK(context, isfinite(lo) && isfinite(hi) && lo < hi, SPH_E_ARGUMENT,
-            "wcsph: periodic box needs lo < hi, got %g and %g m", lo, hi);
-  const double reach = integrator->kernel->support * (1 + w->skin);
-  SPH_CHECK(context, 2 * reach <= hi - lo, SPH_E_ARGUMENT,
-            "wcsph: periodic box of %g m is shorter than twice the support with its skin, %g m",
-            hi - lo, 2 * reach);
-  w->periodic[axis] = true;
-  w->periodic_lo[axis] = lo;
-  w->periodic_hi[axis] = hi;
-  integrator->revision = -1;
-  return SPH_OK;
-}
-
-sph_status sph_wcsph_set_domain(sph_integrator *integrator, const double *lo, const double *hi) {
-  SETTER(integrator);
-  const int dim = integrator->particles->dim;
-  SPH_CHECK(context, lo && hi, SPH_E_ARGUMENT, "wcsph: domain %s is NULL", lo ? "hi" : "lo");
-  for (int d = 0; d < dim; d++)
-    SPH_CHECK(context, isfinite(lo[d]) && isfinite(hi[d]) && lo[d] < hi[d], SPH_E_ARGUMENT,
-              "wcsph: domain needs lo < hi in direction %d, got %g and %g m", d, lo[d], hi[d]);
-  memcpy(w->domain_lo, lo, (size_t)dim * sizeof *lo);
-  memcpy(w->domain_hi, hi, (size_t)dim * sizeof *hi);
-  w->domain_given = true;
-  return SPH_OK;
-}
-
-sph_status sph_wcsph_add_damping_zone(sph_integrator *integrator, int axis, double from, double to,
-                                      double rate) {
-  SETTER(integrator);
-  const int dim = integrator->particles->dim;
-  SPH_CHECK(context, axis >= 0 && axis < dim, SPH_E_ARGUMENT, "wcsph: axis must be 0 to %d, got %d",
-            dim - 1, axis);
-  SPH_CHECK(context, isfinite(from) && isfinite(to) && isfinite(to - from) && from != to,
-            SPH_E_ARGUMENT, "wcsph: a damping zone needs two ends, got %g and %g m", from, to);
-  SPH_CHECK(context, isfinite(rate) && rate > 0, SPH_E_ARGUMENT,
-            "wcsph: the rate of a damping zone must be > 0 1/s, got %g", rate);
-  SPH_CHECK(context, w->zones < WCSPH_ZONES, SPH_E_ARGUMENT,
-            "wcsph: at most %d damping zones, this is one more", (int)WCSPH_ZONES);
-  w->zone[w->zones++] = (damping_zone){axis, from, to, rate};
-  return SPH_OK;
-}
-
-sph_status sph_wcsph_set_skin(sph_integrator *integrator, double skin) {
-  SETTER(integrator);
-  SPH_CHECK(context, skin >= 0.001 && skin <= 0.5, SPH_E_ARGUMENT,
-            "wcsph: skin must be 0.001 to 0.5 of the support, got %g", skin);
-  for (int d = 0; d < integrator->particles->dim; d++) {
-    const double length = w->periodic_hi[d] - w->periodic_lo[d];
-    const double reach = integrator->kernel->support * (1 + skin);
-    SPH_CHECK(context, !w->periodic[d] || 2 * reach <= length, SPH_E_ARGUMENT,
-              "wcsph: periodic box of %g m is shorter than twice the support with its skin, %g m",
-              length, 2 * reach);
-  }
-  w->skin = skin;
-  integrator->revision = -1;
-  return SPH_OK;
-}
-
 sph_status sph_wcsph_density_of_pressure(const sph_integrator *integrator, int64_t n,
                                          const double *pressure, double *density) {
   SETTER(integrator);
@@ -290,9 +172,9 @@ sph_status sph_wcsph_density_of_pressure(const sph_integrator *integrator, int64
   SPH_CHECK(context, w->c0 > 0, SPH_E_ARGUMENT,
             "wcsph: the sound speed is not set; call sph_wcsph_set_sound_speed");
   for (int64_t i = 0; i < n; i++)
-    SPH_CHECK(context, isfinite(sphi_wcsph_density(w, pressure[i])), SPH_E_ARGUMENT,
+    SPH_CHECK(context, isfinite(sphi_wcsph_density(integrator, pressure[i])), SPH_E_ARGUMENT,
               "wcsph: no density gives pressure %g Pa (entry %lld)", pressure[i], (long long)i);
-  for (int64_t i = 0; i < n; i++) density[i] = sphi_wcsph_density(w, pressure[i]);
+  for (int64_t i = 0; i < n; i++) density[i] = sphi_wcsph_density(integrator, pressure[i]);
   return SPH_OK;
 }
 
@@ -306,13 +188,13 @@ sph_status sph_wcsph_start_from_pressure(sph_integrator *integrator, int64_t n,
   SPH_CHECK(context, w->c0 > 0, SPH_E_ARGUMENT,
             "wcsph: the sound speed is not set; call sph_wcsph_set_sound_speed");
   for (int64_t i = 0; i < n; i++)
-    SPH_CHECK(context, isfinite(sphi_wcsph_density(w, pressure[i])), SPH_E_ARGUMENT,
+    SPH_CHECK(context, isfinite(sphi_wcsph_density(integrator, pressure[i])), SPH_E_ARGUMENT,
               "wcsph: no density gives pressure %g Pa (entry %lld)", pressure[i], (long long)i);
   double *rho = particles->field[SPHI_RHO].data[0], *m = particles->field[SPHI_M].data[0];
   double *p = particles->field[SPHI_P].data[0], *volume = particles->field[SPHI_VOL].data[0];
   for (int64_t k = 0; k < n; k++) {
     const sph_index i = particles->slot[k];
-    rho[i] = sphi_wcsph_density(w, pressure[k]);
+    rho[i] = sphi_wcsph_density(integrator, pressure[k]);
     m[i] = rho[i] * volume[i];
     p[i] = pressure[k];
   }
@@ -321,8 +203,9 @@ sph_status sph_wcsph_start_from_pressure(sph_integrator *integrator, int64_t n,
 }
 
 /* Energy stored per mass between rho0 and rho: the integral of p / rho^2. */
-static double stored_energy(const wcsph *w, double rho) {
-  const double ratio = rho / w->rho0, c2 = w->c0 * w->c0;
+static double stored_energy(const sph_integrator *flow, double rho) {
+  const wcsph *w = wcsph_of(flow);
+  const double ratio = rho / flow->cloud.rho0, c2 = w->c0 * w->c0;
   if (w->equation == SPH_EOS_LINEAR || fabs(w->gamma - 1) < 1e-12)
     return c2 * (log(ratio) + 1 / ratio - 1);
   const double g = w->gamma;
@@ -342,24 +225,15 @@ sph_status sph_wcsph_get_energy(const sph_integrator *integrator, sph_energy *en
     double v2 = 0, gx = 0;
     for (int d = 0; d < particles->dim; d++) {
       v2 += v[d][i] * v[d][i];
-      gx += w->force.constant[d] * x[d][i];
+      gx += integrator->cloud.force.constant[d] * x[d][i];
     }
     sum.kinetic += 0.5 * m[i] * v2;
     sum.potential -= m[i] * gx;
-    sum.compressible += m[i] * stored_energy(w, rho[i]);
+    sum.compressible += m[i] * stored_energy(integrator, rho[i]);
   }
   sum.total = sum.kinetic + sum.potential + sum.compressible;
   *energy = sum;
   return SPH_OK;
-}
-
-sph_status sph_wcsph_read_reaction(sph_integrator *integrator, int wall, double *force) {
-  SETTER(integrator);
-  SPH_CHECK(context, force, SPH_E_ARGUMENT, "wcsph: force is NULL");
-  SPH_CHECK(context, w->boundary, SPH_E_ARGUMENT, "wcsph: the flow has no walls");
-  SPH_CHECK(context, wall >= 0 && wall < w->boundary->walls, SPH_E_ARGUMENT,
-            "wcsph: wall must be 0 to %d, got %d", w->boundary->walls - 1, wall);
-  return sphi_wcsph_reaction(integrator, wall, force);
 }
 
 /* Second moment of the kernel per direction over h^2: its square root is the width that sets how
@@ -393,26 +267,6 @@ static double stable_dt(const sph_integrator *flow, double courant) {
   return w && w->c0 > 0 ? courant * flow->kernel->h / w->c0 : 0;
 }
 
-static void pressure_gradient(const sph_integrator *flow, const double *x,
-                              const double *acceleration, double *gradient) {
-  const wcsph *w = wcsph_of(flow);
-  double f[SPHI_MAX_DIM] = {0};
-  if (w->force.function) w->force.function(flow->stats.time, x, f, w->force.user);
-  for (int d = 0; d < flow->particles->dim; d++)
-    gradient[d] = w->rho0 * (w->force.constant[d] + f[d] - acceleration[d]);
-}
-
-static void surroundings(const sph_integrator *flow, sphi_surroundings *out) {
-  const wcsph *w = wcsph_of(flow);
-  out->boundary = w->boundary;
-  out->bounded = w->domain_given;
-  for (int d = 0; d < flow->particles->dim; d++) {
-    out->periodic[d] = w->periodic[d];
-    out->lo[d] = w->domain_lo[d];
-    out->hi[d] = w->domain_hi[d];
-  }
-}
-
 static const sphi_method method = {
     .name = "wcsph",
     .refresh = sphi_wcsph_refresh,
@@ -421,8 +275,8 @@ static const sphi_method method = {
     .stable_courant = stable_courant,
     .stable_dt = stable_dt,
     .destroy = destroy,
-    .pressure_gradient = pressure_gradient,
-    .surroundings = surroundings,
+    .pressure_gradient = sphi_cloud_pressure_gradient,
+    .surroundings = sphi_cloud_surroundings,
     .energy = sph_wcsph_get_energy,
     .reaction = sph_wcsph_read_reaction,
 };

@@ -26,8 +26,6 @@ static sph_status reserve(sph_integrator *flow) {
     ok = sphi_reserve(flow->context, &w->array[k], &w->array_capacity[k], n,
                       flow->variant->real_size);
   }
-  ok = ok && (!w->boundary || sphi_reserve(flow->context, (void **)&w->clear, &w->clear_capacity, n,
-                                           sizeof *w->clear));
   SPH_CHECK(flow->context, ok, SPH_E_MEMORY, "wcsph: no memory for %d particles", n);
   return SPH_OK;
 }
@@ -41,16 +39,16 @@ static sphi_update_arguments update_of(sph_integrator *flow, double t) {
       .record = flow->record,
       .rho = field(flow, SPHI_RHO)[0],
       .m = field(flow, SPHI_M)[0],
-      .rho0 = w->rho0,
-      .stiffness = linear ? w->c0 * w->c0 : w->rho0 * w->c0 * w->c0 / w->gamma,
+      .rho0 = flow->cloud.rho0,
+      .stiffness = linear ? w->c0 * w->c0 : flow->cloud.rho0 * w->c0 * w->c0 / w->gamma,
       .gamma = linear ? 0 : w->gamma,
-      .force = w->force,
+      .force = flow->cloud.force,
       .time = t,
       .all = true};
   for (int d = 0; d < flow->particles->dim; d++) {
     a.x[d] = field(flow, SPHI_X)[d];
     a.v[d] = field(flow, SPHI_V)[d];
-    a.acceleration[d] = field(flow, w->acceleration)[d];
+    a.acceleration[d] = field(flow, flow->cloud.acceleration)[d];
   }
   return a;
 }
@@ -82,37 +80,6 @@ static void move(sph_integrator *flow, const sphi_update_arguments *a) {
   flow->stats.seconds_pack += sphi_seconds() - begin;
 }
 
-static sph_status update_ghosts(sph_integrator *flow, double t) {
-  wcsph *w = wcsph_of(flow);
-  if (!w->boundary) return SPH_OK;
-  const double begin = sphi_seconds();
-  if (sphi_boundary_moves(w->boundary)) SPH_TRY(sphi_boundary_move(w->boundary, t));
-  sphi_boundary_update(w->boundary, &flow->frame, flow->variant, flow->record, &w->force, t,
-                       w->rho0);
-  flow->stats.seconds_boundary += sphi_seconds() - begin;
-  return SPH_OK;
-}
-
-static void run(sph_integrator *flow, int operator_index, const void *arguments) {
-  const double begin = sphi_seconds();
-  const wcsph *w = wcsph_of(flow);
-  sphi_sweep sweep = {.frame = &flow->frame,
-                      .kernel = flow->kernel,
-                      .targets = &flow->clusters,
-                      .target = flow->record,
-                      .target_stride = SPHI_RECORD(flow->particles->dim),
-                      .prune = flow->kernel->support + 2 * w->travel};
-  sweep.source[0].list = &flow->list;
-  sweep.source[0].record = flow->record;
-  if (w->boundary) {
-    sweep.source[1].list = &w->ghost_list;
-    sweep.source[1].record = w->boundary->record;
-  }
-  sphi_sweep_run(flow->context, flow->variant, operator_index, &sweep, arguments);
-  flow->stats.pairs += sphi_sweep_pairs(&sweep);
-  flow->stats.seconds_pairs += sphi_seconds() - begin;
-}
-
 /* Divergence, and the density gradient if the diffusion needs it. */
 static void run_gradient(sph_integrator *flow) {
   const wcsph *w = wcsph_of(flow);
@@ -121,7 +88,7 @@ static void run_gradient(sph_integrator *flow) {
       .divergence = w->array[WCSPH_DIVERGENCE],
       .lambda = w->array[WCSPH_LAMBDA],
       .lambda_min = LAMBDA_MIN};
-  run(flow, SPHI_OPERATOR_gradient, &a);
+  sphi_cloud_sweep(flow, SPHI_OPERATOR_gradient, &a);
 }
 
 /* Acceleration by pressure and viscosity (the viscous part apart if `split`), density diffusion. */
@@ -137,12 +104,12 @@ static void run_momentum(sph_integrator *flow, bool split) {
       .lambda_min = LAMBDA_MIN,
       .viscosity = w->alpha * h * w->c0 + 2 * (dim + 2) * w->nu,
       .delta = w->delta * h * w->c0,
-      .rho0 = w->rho0};
+      .rho0 = flow->cloud.rho0};
   for (int d = 0; d < dim; d++) {
     a.acceleration[d] = w->array[WCSPH_PUSH + d];
     a.viscous[d] = split ? w->array[WCSPH_VISCOUS + d] : NULL;
   }
-  run(flow, SPHI_OPERATOR_momentum, &a);
+  sphi_cloud_sweep(flow, SPHI_OPERATOR_momentum, &a);
   flow->stats.evaluations++;
 }
 
@@ -152,50 +119,8 @@ static void run_rates(sph_integrator *flow) {
                             .record = flow->record,
                             .m = field(flow, SPHI_M)[0]};
   for (int d = 0; d < flow->particles->dim; d++) a.acceleration[d] = w->array[WCSPH_PUSH + d];
-  run(flow, SPHI_OPERATOR_rates, &a);
+  sphi_cloud_sweep(flow, SPHI_OPERATOR_rates, &a);
   flow->stats.evaluations++;
-}
-
-static sph_status report_bad(sph_integrator *flow, int32_t i, double dt) {
-  const wcsph *w = wcsph_of(flow);
-  const sph_particles *particles = flow->particles;
-  const int dim = particles->dim;
-  double **x = field(flow, SPHI_X), **v = field(flow, SPHI_V), **a = field(flow, w->acceleration);
-  const double rho = field(flow, SPHI_RHO)[0][i];
-  double speed2 = 0, push2 = 0;
-  bool outside = false;
-  for (int d = 0; d < dim; d++) {
-    speed2 += v[d][i] * v[d][i];
-    push2 += a[d][i] * a[d][i];
-    outside =
-        outside || (!w->periodic[d] && !(x[d][i] >= w->domain_lo[d] && x[d][i] <= w->domain_hi[d]));
-  }
-  const char *what = "left the domain: distance";
-  double value = 0;
-  if (!isfinite(push2)) {
-    what = "has an acceleration that is not finite: |a|";
-    value = sqrt(push2);
-  } else if (!isfinite(speed2)) {
-    what = "has a velocity that is not finite: |v|";
-    value = sqrt(speed2);
-  } else if (!(isfinite(rho) && rho > 0)) {
-    what = "has a density that is not positive: rho";
-    value = rho;
-  } else if (sqrt(speed2) * dt > particles->spacing) {
-    what = "moved more than its spacing in one step: |v| dt";
-    value = sqrt(speed2) * dt;
-  } else if (outside) {
-    value = 0;
-    for (int d = 0; d < dim; d++) {
-      const double away = fmax(w->domain_lo[d] - x[d][i], x[d][i] - w->domain_hi[d]);
-      if (!w->periodic[d] && !(away < value)) value = away;
-    }
-  }
-  return SPHI_ERROR(
-      flow->context, SPH_E_DIVERGED,
-      "particles \"%s\": particle %lld at (%g, %g, %g) m, time %g s, step %g s, %s = %g",
-      particles->name, (long long)particles->id[i], x[0][i], x[1][i], dim == 3 ? x[2][i] : 0.0,
-      flow->stats.time + dt, dt, what, value);
 }
 
 /* Does a move, and finds the largest speed and acceleration after it; stops at the first bad particle by
@@ -207,8 +132,8 @@ static sph_status move_and_check(sph_integrator *flow, sphi_update_arguments *a,
   a->extremes = w->block;
   a->most2 = pow(flow->particles->spacing / dt, 2);
   for (int d = 0; d < flow->particles->dim; d++) {
-    a->lo[d] = w->periodic[d] ? -HUGE_VAL : w->domain_lo[d];
-    a->hi[d] = w->periodic[d] ? HUGE_VAL : w->domain_hi[d];
+    a->lo[d] = flow->cloud.periodic[d] ? -HUGE_VAL : flow->cloud.domain_lo[d];
+    a->hi[d] = flow->cloud.periodic[d] ? HUGE_VAL : flow->cloud.domain_hi[d];
   }
   const int32_t bad = run_update(flow, SPHI_UPDATE_move, a);
   sphi_extremes all = {0, 0};
@@ -218,7 +143,7 @@ static sph_status move_and_check(sph_integrator *flow, sphi_update_arguments *a,
   }
   flow->stats.max_speed = sqrt(all.speed2);
   flow->stats.max_acceleration = sqrt(all.acceleration2);
-  return bad == INT32_MAX ? SPH_OK : report_bad(flow, bad, dt);
+  return bad == INT32_MAX ? SPH_OK : sphi_cloud_report(flow, bad, dt);
 }
 
 /* The end of a step: positions on by `drift`, densities by their diffusion over `diffuse`. Drops and
@@ -233,7 +158,7 @@ static sph_status finish(sph_integrator *flow, double dt, double drift, double d
   a.lambda = w->array[WCSPH_LAMBDA];
   a.lambda_isolated = LAMBDA_ISOLATED;
   const sph_status status = move_and_check(flow, &a, dt);
-  w->packed = true;
+  flow->cloud.packed = true;
   return status;
 }
 
@@ -245,35 +170,7 @@ static sph_status kick(sph_integrator *flow, double t, double dt, double part, b
   for (int d = 0; d < flow->particles->dim && fresh; d++) a.push[d] = w->array[WCSPH_PUSH + d];
   if (!fresh) a.force.function = NULL;
   const int32_t bad = run_update(flow, SPHI_UPDATE_kick, &a);
-  return bad == INT32_MAX ? SPH_OK : report_bad(flow, bad, dt);
-}
-
-/* Rate at which damping zones take velocity from a particle. */
-static double damping_rate(const sph_integrator *flow, int32_t i) {
-  const wcsph *w = wcsph_of(flow);
-  double rate = 0;
-  for (int k = 0; k < w->zones; k++) {
-    const damping_zone *zone = &w->zone[k];
-    const double x = sphi_frame_wrap(&flow->frame, zone->axis, field(flow, SPHI_X)[zone->axis][i]);
-    const double way = fmin(fmax((x - zone->from) / (zone->to - zone->from), 0), 1);
-    rate += zone->rate * way * way;
-  }
-  return rate;
-}
-
-/* Takes from velocities what damping zones do in a step. An exponential never turns them, however long the
- * step; accelerations stay, since pressures do not know of velocities. */
-static void damp(sph_integrator *flow, double dt) {
-  double **v = field(flow, SPHI_V);
-  const int32_t n = flow->particles->n;
-  if (wcsph_of(flow)->zones == 0) return;
-#pragma omp parallel for num_threads(flow->context->threads) schedule(static) if (n > UPDATE_BLOCK)
-  for (int32_t i = 0; i < n; i++) {
-    const double rate = damping_rate(flow, i);
-    if (rate == 0) continue;
-    const double factor = exp(-dt * rate);
-    for (int d = 0; d < flow->particles->dim; d++) v[d][i] *= factor;
-  }
+  return bad == INT32_MAX ? SPH_OK : sphi_cloud_report(flow, bad, dt);
 }
 
 /* Symplectic Euler, written from the density on: density with the velocities now, velocities with the
@@ -281,18 +178,18 @@ static void damp(sph_integrator *flow, double dt) {
 static sph_status step_symplectic(sph_integrator *flow, double dt) {
   const wcsph *w = wcsph_of(flow);
   const double t = flow->stats.time;
-  SPH_TRY(update_ghosts(flow, t));
+  SPH_TRY(sphi_cloud_update_ghosts(flow, t));
   run_gradient(flow);
   sphi_update_arguments a = update_of(flow, t);
   a.next = dt;
   a.divergence = w->array[WCSPH_DIVERGENCE];
   a.all = false;
   move(flow, &a);
-  SPH_TRY(update_ghosts(flow, t));
+  SPH_TRY(sphi_cloud_update_ghosts(flow, t));
   run_momentum(flow, false);
   SPH_TRY(kick(flow, t, dt, 1, true));
-  damp(flow, dt);
-  SPH_TRY(sphi_wcsph_stop_at_walls(flow, dt));
+  sphi_cloud_damp(flow, dt);
+  SPH_TRY(sphi_cloud_stop_at_walls(flow, dt));
   return finish(flow, dt, dt, dt);
 }
 
@@ -301,25 +198,25 @@ static sph_status step_verlet(sph_integrator *flow, double dt) {
   wcsph *w = wcsph_of(flow);
   const double t = flow->stats.time;
   if (!w->accelerated) {
-    SPH_TRY(update_ghosts(flow, t));
+    SPH_TRY(sphi_cloud_update_ghosts(flow, t));
     run_gradient(flow);
     run_momentum(flow, false);
   }
   SPH_TRY(kick(flow, t, dt, 0.5, !w->accelerated));
-  SPH_TRY(sphi_wcsph_stop_at_walls(flow, dt));
+  SPH_TRY(sphi_cloud_stop_at_walls(flow, dt));
   sphi_update_arguments a = update_of(flow, t);
   a.drift = 0.5 * dt;
   move(flow, &a);
-  SPH_TRY(update_ghosts(flow, t + 0.5 * dt));
+  SPH_TRY(sphi_cloud_update_ghosts(flow, t + 0.5 * dt));
   run_gradient(flow);
   a.next = dt;
   a.divergence = w->array[WCSPH_DIVERGENCE];
   a.all = false;
   move(flow, &a);
-  SPH_TRY(update_ghosts(flow, t + dt));
+  SPH_TRY(sphi_cloud_update_ghosts(flow, t + dt));
   run_momentum(flow, false);
   SPH_TRY(kick(flow, t + dt, dt, 0.5, true));
-  damp(flow, dt);
+  sphi_cloud_damp(flow, dt);
   w->accelerated = true;
   return finish(flow, dt, 0, dt);
 }
@@ -345,7 +242,7 @@ static sph_status step_rk4(sph_integrator *flow, double dt) {
   wcsph *w = wcsph_of(flow);
   for (int k = 0; k < 4; k++) {
     const double t = flow->stats.time + stage[k].place * dt;
-    SPH_TRY(update_ghosts(flow, t));
+    SPH_TRY(sphi_cloud_update_ghosts(flow, t));
     if (k == 0) {
       run_gradient(flow);
       run_momentum(flow, true);
@@ -368,35 +265,24 @@ static sph_status step_rk4(sph_integrator *flow, double dt) {
       a.sum[d] = w->array[WCSPH_SUM + d];
     }
     const int32_t bad = run_update(flow, stage[k].update, &a);
-    if (bad < INT32_MAX) return report_bad(flow, bad, dt);
+    if (bad < INT32_MAX) return sphi_cloud_report(flow, bad, dt);
   }
-  damp(flow, dt);
-  SPH_TRY(sphi_wcsph_stop_at_walls(flow, dt));
+  sphi_cloud_damp(flow, dt);
+  SPH_TRY(sphi_cloud_stop_at_walls(flow, dt));
   return finish(flow, dt, 0, 0);
 }
 
-double sphi_wcsph_wall_speed(const wcsph *w) {
-  return w->boundary ? sphi_boundary_speed(w->boundary) : 0;
-}
-
-/* How far a particle or wall may come in a time step. */
-static double travel_in(const sph_integrator *flow, double dt) {
-  return dt * fmax(flow->stats.max_speed + dt * flow->stats.max_acceleration,
-                   sphi_wcsph_wall_speed(wcsph_of(flow)));
-}
-
 sph_status sphi_wcsph_step(sph_integrator *flow, double dt) {
-  wcsph *w = wcsph_of(flow);
   const double begin = sphi_seconds();
   const double others =
       flow->stats.seconds_pack + flow->stats.seconds_boundary + flow->stats.seconds_pairs;
-  if (w->boundary && sphi_boundary_is_driven(w->boundary)) {
+  if (flow->cloud.boundary && sphi_boundary_is_driven(flow->cloud.boundary)) {
     /* Before the first step nothing has pushed yet. */
-    if (flow->stats.steps == 0) SPH_TRY(update_ghosts(flow, flow->stats.time));
-    SPH_TRY(sphi_boundary_drive(w->boundary, flow->stats.time, dt));
+    if (flow->stats.steps == 0) SPH_TRY(sphi_cloud_update_ghosts(flow, flow->stats.time));
+    SPH_TRY(sphi_boundary_drive(flow->cloud.boundary, flow->stats.time, dt));
   }
-  w->packed = false;
-  w->travel = travel_in(flow, dt);
+  flow->cloud.packed = false;
+  flow->cloud.travel = sphi_cloud_travel_in(flow, dt);
   if (flow->stats.max_speed * dt > flow->particles->spacing) {
     sphi_update_arguments a = update_of(flow, 0);
     SPH_TRY(move_and_check(flow, &a, dt));
@@ -404,10 +290,7 @@ sph_status sphi_wcsph_step(sph_integrator *flow, double dt) {
   const sph_status status = flow->stepper == SPH_STEPPER_SYMPLECTIC ? step_symplectic(flow, dt)
                             : flow->stepper == SPH_STEPPER_VERLET   ? step_verlet(flow, dt)
                                                                     : step_rk4(flow, dt);
-  const double wall_speed = sphi_wcsph_wall_speed(w);
-  const double speed = flow->stats.max_speed + 0.5 * dt * flow->stats.max_acceleration;
-  w->travelled += dt * fmax(speed, wall_speed);
-  w->odometer += dt * (speed + wall_speed);
+  sphi_cloud_has_moved(flow, dt);
   const double now =
       flow->stats.seconds_pack + flow->stats.seconds_boundary + flow->stats.seconds_pairs;
   flow->stats.seconds_update += sphi_seconds() - begin - (now - others);
@@ -432,133 +315,29 @@ double sphi_wcsph_limit(const sph_integrator *flow, sph_limiter *limiter) {
   return dt;
 }
 
-/* The same for the next step. */
-static double next_travel(const sph_integrator *flow) {
-  sph_limiter unused;
-  return travel_in(flow, flow->fixed_dt > 0 ? flow->fixed_dt : sphi_wcsph_limit(flow, &unused));
-}
-
-/* Share of the support by which the lists reach farther. Longer lists cost the first sums of a step and
- * the ghosts, shorter ones have to be made more often: 0.9 sqrt(travel/support) is the best or within 3 %
- * of it in tanks of 2D and 3D, measured from 0.5 to 1.2. One step must fit in any case. */
-static double choose_skin(const sph_integrator *flow) {
-  const double travel = next_travel(flow) / flow->kernel->support;
-  const double best = fmin(fmax(0.9 * sqrt(travel), 0.02), wcsph_of(flow)->skin);
-  return fmin(fmax(best, 2.2 * travel), 0.5);
-}
-
-/* Sorts and lists everything for the positions now. */
-static sph_status build(sph_integrator *flow) {
-  wcsph *w = wcsph_of(flow);
-  /* The first lists are as long as any later ones, so that these find room. */
-  const double skin = fmax(choose_skin(flow), w->prepared ? 0 : w->skin);
-  const double radius = flow->kernel->support * (1 + skin);
-  SPH_TRY(sphi_integrator_build(flow, radius));
-  w->travelled = 0;
-  w->packed = false;
-  /* Positions jumped by a period where there is one. */
-  if (!w->prepared || w->periodic[0] || w->periodic[1] || w->periodic[2])
-    sphi_wcsph_forget_walls(flow);
-  if (!w->boundary) return SPH_OK;
-  const double begin = sphi_seconds();
-  const bool moves = sphi_boundary_moves(w->boundary);
-  if (moves || !w->prepared) {
-    SPH_TRY(sphi_boundary_move(w->boundary, flow->stats.time));
-    SPH_TRY(sphi_boundary_sort(w->boundary, &flow->frame, flow->variant));
-  }
-  /* Two particles come nearer by twice what one travels; walls at rest do not come to meet it. */
-  const double margin = (moves ? 1 : 0.5) * (radius - flow->kernel->support);
-  /* What one wall mirrors for another comes by up to twice the other's way. */
-  const double mirrored = (moves && w->boundary->walls > 1 ? 1.5 : 1) * margin;
-  SPH_TRY(sphi_list_build(flow->context, &w->ghost_list, &flow->frame, &flow->clusters,
-                          &w->boundary->columns, flow->kernel->support + margin));
-  SPH_TRY(sphi_boundary_list(w->boundary, &flow->frame, flow->variant, &flow->columns,
-                             w->boundary->interpolator->kernel->support + mirrored,
-                             &w->ghost_list));
-  flow->stats.seconds_search += sphi_seconds() - begin;
-  return SPH_OK;
-}
-
-/* Bounding box of particles and ghosts, made larger by its own size. */
-static void default_domain(sph_integrator *flow) {
-  wcsph *w = wcsph_of(flow);
-  for (int d = 0; d < flow->particles->dim; d++) {
-    const array x = field(flow, SPHI_X)[d];
-    double lo = x[0], hi = x[0];
-    for (int32_t i = 1; i < flow->particles->n; i++) {
-      lo = fmin(lo, x[i]);
-      hi = fmax(hi, x[i]);
-    }
-    for (int64_t k = 0; w->boundary && k < w->boundary->points.n; k++) {
-      const double at = w->boundary->points.x[flow->particles->dim * k + d];
-      lo = fmin(lo, at);
-      hi = fmax(hi, at);
-    }
-    const double size = fmax(hi - lo, flow->kernel->support);
-    w->domain_lo[d] = lo - size;
-    w->domain_hi[d] = hi + size;
-  }
-}
-
-static double largest_speed(const sph_integrator *flow) {
-  double **v = field(flow, SPHI_V), most2 = 0;
-  for (int32_t i = 0; i < flow->particles->n; i++) {
-    double v2 = 0;
-    for (int d = 0; d < flow->particles->dim; d++) v2 += v[d][i] * v[d][i];
-    most2 = fmax(most2, v2);
-  }
-  return sqrt(most2);
-}
-
 /* Everything that depends on particles the caller gave or changed. */
 static sph_status prepare(sph_integrator *flow) {
   wcsph *w = wcsph_of(flow);
-  sph_context *context = flow->context;
-  const sph_particles *particles = flow->particles;
-  SPH_CHECK(context, w->c0 > 0, SPH_E_ARGUMENT,
+  SPH_CHECK(flow->context, w->c0 > 0, SPH_E_ARGUMENT,
             "wcsph: the sound speed is not set; call sph_wcsph_set_sound_speed");
-  SPH_CHECK(context, particles->n > 0, SPH_E_ARGUMENT, "wcsph: particles \"%s\" are none",
-            particles->name);
   SPH_TRY(reserve(flow));
-  double origin[SPHI_MAX_DIM];
-  for (int d = 0; d < particles->dim; d++)
-    origin[d] = particles->field[SPHI_X].data[d][particles->slot[0]];
-  sphi_frame_set(&flow->frame, particles->dim, origin, flow->kernel->support, w->periodic,
-                 w->periodic_lo, w->periodic_hi);
-  if (w->boundary) {
-    SPH_TRY(sphi_boundary_place_walls(w->boundary, flow->stats.time));
-    SPH_TRY(sphi_wcsph_check_walls(flow));
-    SPH_TRY(sphi_boundary_prepare(w->boundary));
-  }
-  flow->stats.max_speed = largest_speed(flow); /* lists must reach as far as a step goes */
-  if (flow->stats.max_acceleration == 0) { /* before the first step only the body force is known */
-    const double *g = w->force.constant;
-    flow->stats.max_acceleration = sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
-  }
-  w->prepared = false;
-  SPH_TRY(build(flow));
-  /* The places of the density gradient must be zero where no gradient is taken. */
-  memset(flow->record, 0, (size_t)flow->record_capacity * flow->variant->real_size);
-  w->prepared = true;
+  SPH_TRY(sphi_cloud_prepare(flow));
   w->accelerated = false;
-  if (!w->domain_given) default_domain(flow);
   return SPH_OK;
 }
 
 sph_status sphi_wcsph_refresh(sph_integrator *flow) {
-  wcsph *w = wcsph_of(flow);
   if (flow->revision != flow->particles->revision) {
     SPH_TRY(prepare(flow));
-  } else {
-    const double reach = 0.5 * (flow->list_radius - flow->kernel->support);
-    if (w->travelled + next_travel(flow) > reach) SPH_TRY(build(flow));
+  } else if (!sphi_cloud_reaches(flow)) {
+    SPH_TRY(sphi_cloud_build(flow));
   }
-  if (!w->packed) {
+  if (!flow->cloud.packed) {
     sphi_update_arguments a = update_of(flow, flow->stats.time);
     a.p = field(flow, SPHI_P)[0];
     a.volume = field(flow, SPHI_VOL)[0];
     move(flow, &a);
   }
-  w->packed = true;
+  flow->cloud.packed = true;
   return SPH_OK;
 }

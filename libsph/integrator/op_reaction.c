@@ -2,8 +2,8 @@
  * V_i sum_g (p_i + p_g) grad_i W_ig V_g. */
 #define OPERATOR reaction
 #define OP_BARE 1
-#include "sweep/pair.h"
-#include "wcsph/ops.h"
+#include "integrator/integrator_impl.h"
+#include "integrator/pairs_impl.h"
 
 typedef sphi_reaction_arguments op_arguments;
 #define OP_STRIDE(dim) SPHI_GHOST(dim)
