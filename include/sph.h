@@ -18,6 +18,7 @@
 #include <sph/particles.h>
 #include <sph/probe.h>
 #include <sph/search.h>
+#include <sph/solver.h>
 #include <sph/types.h>
 #include <sph/version.h>
 #include <sph/wall.h>

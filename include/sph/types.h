@@ -19,6 +19,7 @@ typedef struct sph_kernel sph_kernel;
 typedef struct sph_particles sph_particles;
 typedef struct sph_search sph_search;
 typedef struct sph_body sph_body;
+typedef struct sph_solver sph_solver;
 typedef struct sph_wall sph_wall;
 typedef struct sph_interpolator sph_interpolator;
 typedef struct sph_boundary sph_boundary;
