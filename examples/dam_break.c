@@ -91,7 +91,7 @@ static void start_from_laplace(const setup *s, example_flow *f) {
   }
   OK(sph_initial_dam_break_pressure(context, s->length, s->height, s->gravity, s->density, s->c0, n,
                                     section, pressure));
-  OK(sph_wcsph_start_from_pressure(f->integrator, n, pressure));
+  example_flow_start(&s->scheme, f, pressure);
   free(x);
 }
 

@@ -105,7 +105,7 @@ static void start_at_rest(const setup *s, example_flow *f, double c0) {
   for (int64_t i = 0; i < n; i++) pressure[i] = x[2 * i + 1];
   OK(sph_initial_hydrostatic(context, floor(depth / s->dx + 1e-6) * s->dx, gravity, density, c0, n,
                              pressure, pressure));
-  OK(sph_wcsph_start_from_pressure(f->integrator, n, pressure));
+  example_flow_start(&s->scheme, f, pressure);
   free(x);
 }
 

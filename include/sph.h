@@ -12,6 +12,7 @@
 #include <sph/initial.h>
 #include <sph/integrator.h>
 #include <sph/interpolator.h>
+#include <sph/isph.h>
 #include <sph/kernel.h>
 #include <sph/output.h>
 #include <sph/paddle.h>

@@ -2,6 +2,7 @@
 #include "flow.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 double *example_flow_read(const example_flow *f, const char *field, int components) {
   sph_context *context = f->context;
@@ -11,9 +12,13 @@ double *example_flow_read(const example_flow *f, const char *field, int componen
   return values;
 }
 
+static bool is_incompressible(const example_scheme *s) { return strcmp(s->method, "isph") == 0; }
+
 void example_flow_open(const example_scheme *s, int dim, double dx, example_flow *f) {
   sph_context *context = NULL;
   sph_kernel_type kernel;
+  if (!is_incompressible(s) && strcmp(s->method, "wcsph") != 0)
+    example_refuse("--method", "\"%s\" is neither wcsph nor isph", s->method);
   if (sph_context_create(&context) != SPH_OK) exit(1);
   f->context = context;
   OK(sph_context_set_threads(context, example_threads(s->threads)));
@@ -34,6 +39,12 @@ void example_flow_solve(const example_scheme *s, double c0, example_flow *f) {
   OK(sph_boundary_create(context, f->tank, dx, f->interpolator, &f->ghosts));
   for (int k = 0; k < EXAMPLE_WALLS; k++)
     if (f->more[k]) OK(sph_boundary_add_wall(f->ghosts, f->more[k]));
+  if (is_incompressible(s)) {
+    OK(sph_isph_create(context, f->kernel, f->water, f->ghosts, &f->integrator));
+    OK(sph_integrator_set_courant(f->integrator, s->courant));
+    OK(sph_integrator_set_dt(f->integrator, s->dt));
+    return;
+  }
   OK(sph_wcsph_create(context, f->kernel, f->water, f->ghosts, &f->integrator));
   OK(sph_wcsph_set_sound_speed(f->integrator, c0));
   OK(sph_wcsph_set_artificial_viscosity(f->integrator, s->alpha));
@@ -44,6 +55,12 @@ void example_flow_solve(const example_scheme *s, double c0, example_flow *f) {
   }
   OK(sph_integrator_set_courant(f->integrator, s->courant));
   OK(sph_integrator_set_dt(f->integrator, s->dt));
+}
+
+void example_flow_start(const example_scheme *s, example_flow *f, const double *pressure) {
+  sph_context *context = f->context;
+  if (!is_incompressible(s))
+    OK(sph_wcsph_start_from_pressure(f->integrator, sph_particles_count(f->water), pressure));
 }
 
 void example_flow_destroy(example_flow *f) {
@@ -89,6 +106,7 @@ void example_summary_flow(example_summary *summary, const example_flow *f, doubl
   example_summary_number(summary, "ghost_seconds", stats.seconds_boundary);
   example_summary_number(summary, "list_seconds", stats.seconds_sort + stats.seconds_search);
   example_summary_number(summary, "update_seconds", stats.seconds_update + stats.seconds_pack);
+  example_summary_number(summary, "solver_seconds", stats.seconds_solver);
   example_summary_number(summary, "probe_seconds", stats.seconds_observers);
   example_summary_integer(summary, "threads", sph_context_get_threads(context));
   example_summary_text(summary, "isa", sph_isa_name(sph_context_get_isa(context)));

@@ -1,4 +1,4 @@
-/* What the examples of flows share: weakly compressible delta-SPH in a tank with fixed ghosts. */
+/* What the examples of flows share: weakly compressible or incompressible SPH in a tank with fixed ghosts. */
 #ifndef EXAMPLE_FLOW_H
 #define EXAMPLE_FLOW_H
 
@@ -8,17 +8,18 @@
 typedef struct example_scheme {
   double c0_factor, h_ratio, courant, dt, alpha, delta;
   int threads;
-  const char *interpolator, *kernel, *stepper, *isa;
+  const char *method, *interpolator, *kernel, *stepper, *isa;
 } example_scheme;
 #define EXAMPLE_SCHEME                                                                     \
   {                                                                                        \
-    .c0_factor = 10, .h_ratio = 1.3, .alpha = 0.02, .delta = 0.1,                          \
+    .c0_factor = 10, .h_ratio = 1.3, .alpha = 0.02, .delta = 0.1, .method = "wcsph",       \
     .interpolator = "improved-shepard", .kernel = "gaussian", .stepper = "", .isa = "auto" \
   }
 
 /* Rows of an option table; the last two texts are put after those of --kernel and --h. */
 #define EXAMPLE_SCHEME_OPTIONS(s, of_kernel, of_h)                                           \
-  OPTION_NUMBER("--c0", (s).c0_factor, 5, 200, "sound speed / sqrt(g H)"),                   \
+  OPTION_TEXT("--method", (s).method, "wcsph or isph"),                                      \
+      OPTION_NUMBER("--c0", (s).c0_factor, 5, 200, "sound speed / sqrt(g H)"),               \
       OPTION_TEXT("--interpolator", (s).interpolator, "improved-shepard, mls-linear, ..."),  \
       OPTION_TEXT("--kernel", (s).kernel, "gaussian, wendland-c2, ..." of_kernel),           \
       OPTION_NUMBER("--h", (s).h_ratio, 0.8, 4, "smoothing length / dx" of_h),               \
@@ -52,6 +53,8 @@ double *example_flow_read(const example_flow *f, const char *field, int componen
 void example_flow_open(const example_scheme *s, int dim, double dx, example_flow *f);
 /* Then, with the water filled in and the tank created, the ghosts and the scheme. */
 void example_flow_solve(const example_scheme *s, double c0, example_flow *f);
+/* Pressures at the start, where a method does not find them itself. */
+void example_flow_start(const example_scheme *s, example_flow *f, const double *pressure);
 void example_flow_destroy(example_flow *f);
 
 /* Whether a run that has written `done` of its frames, evenly from 0 to end, owes one at time t. Frames

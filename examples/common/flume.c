@@ -98,7 +98,8 @@ static void fill(const example_flume *s, const example_waves *w, example_flow *f
 }
 
 /* Still water, or velocity and pressure of the wave. */
-static void start(const example_flume *s, const example_waves *w, double c0, example_flow *f) {
+static void start(const example_flume *s, const example_scheme *scheme, const example_waves *w,
+                  double c0, example_flow *f) {
   sph_context *context = f->context;
   const int64_t n = sph_particles_count(f->water);
   double *x = example_flow_read(f, SPH_POSITION, 2), *v = example_numbers(2 * n),
@@ -111,7 +112,7 @@ static void start(const example_flume *s, const example_waves *w, double c0, exa
     OK(sph_wave_pressure(w->wave, s->density, 0, n, x, p));
     OK(sph_particles_write(f->water, SPH_VELOCITY, v, 2 * n));
   }
-  OK(sph_wcsph_start_from_pressure(f->integrator, n, p));
+  example_flow_start(scheme, f, p);
   free(x);
   free(v);
   free(p);
@@ -133,7 +134,7 @@ void example_flume_create(const example_flume *s, const example_scheme *scheme, 
   create_walls(s, w, body, f);
   const double c0 = scheme->c0_factor * sqrt(s->gravity * (s->depth + height));
   example_flow_solve(scheme, c0, f);
-  start(s, w, c0, f);
+  start(s, scheme, w, c0, f);
 }
 
 void example_waves_destroy(example_waves *w) {

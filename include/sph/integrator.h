@@ -11,6 +11,13 @@ SPH_BEGIN_DECLS
 /** Body force per mass at a place and time: writes force [dim] in m/s^2. Called from several threads. */
 typedef void (*sph_body_force)(double t, const double *x, double *force, void *user);
 
+/** Energies of the fluid.
+ * potential = - sum_i m_i g . x_i for the constant gravity alone; compressible = work stored by the
+ * equation of state from rho0. */
+typedef struct sph_energy {
+  double kinetic, potential, compressible, total; /**< J (J/m in 2D) */
+} sph_energy;
+
 /** Time stepping schemes. */
 typedef enum sph_stepper {
   SPH_STEPPER_SYMPLECTIC =
@@ -25,7 +32,8 @@ typedef enum sph_limiter {
   SPH_LIMITER_SOUND = 1,        /**< h / c0 */
   SPH_LIMITER_ACCELERATION = 2, /**< sqrt(h / |a|) */
   SPH_LIMITER_VISCOSITY = 3,    /**< h^2 / nu */
-  SPH_LIMITER_END = 4           /**< the time that sph_integrator_advance goes to */
+  SPH_LIMITER_END = 4,          /**< the time that sph_integrator_advance goes to */
+  SPH_LIMITER_VELOCITY = 5      /**< h / |u| */
 } sph_limiter;
 
 /** Where the time goes, and what the last step was like. Sums since the integrator was created. */
@@ -47,6 +55,7 @@ typedef struct sph_integrator_stats {
   double seconds_pack;      /**< equation of state and records */
   double seconds_boundary;  /**< ghosts: interpolation and assignment */
   double seconds_pairs;     /**< sums over pairs; pairs / seconds_pairs is their rate */
+  double seconds_solver;    /**< pressure equation: rows and solution */
   double seconds_update;    /**< new positions, velocities, densities; checks */
   double seconds_observers; /**< probes that sample every step; lists they ask for count above */
 } sph_integrator_stats;
@@ -63,7 +72,7 @@ SPH_API void sph_integrator_destroy(sph_integrator **integrator);
  *
  * Parallel   not while another call uses the context
  * Errors     SPH_E_ARGUMENT integrator NULL or unknown scheme, or the fixed step in use is beyond
- *            its stability limit
+ *            its stability limit; SPH_E_TYPE a method with a scheme of its own
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_integrator_set_stepper(sph_integrator *integrator,

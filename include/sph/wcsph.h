@@ -24,13 +24,6 @@ typedef enum sph_equation_of_state {
   SPH_EOS_TAIT = 2    /**< p = (rho0 c0^2 / gamma) ((rho/rho0)^gamma - 1) */
 } sph_equation_of_state;
 
-/** Energies of the fluid.
- * potential = - sum_i m_i g . x_i for the constant gravity alone; compressible = work stored by the
- * equation of state from rho0. */
-typedef struct sph_energy {
-  double kinetic, potential, compressible, total; /**< J (J/m in 2D) */
-} sph_energy;
-
 /** Create the flow of `particles` inside `boundary` (NULL: no walls).
  *
  *     Drho_i/Dt = -rho_i sum_j (u_j - u_i) . grad_i W_ij V_j + delta h c0 sum_j psi_ij . grad_i W_ij V_j

@@ -7,6 +7,10 @@
  * costs more than it gains. */
 enum { CURVE_BITS = 20, SERIAL = 2048 };
 
+/* Sum of W V, about 1/2 at the surface of the fluid: over how much of it ghosts lose their volume, where they
+ * leave air alone. */
+static const double EMERGED = 0.2;
+
 /* In column widths: longest cluster of mirror points. */
 static const double CLUSTER_EXTENT = 2;
 
@@ -517,14 +521,6 @@ static void list_wet(const sph_boundary *boundary, sphi_list *list) {
   }
 }
 
-/* A number into record `k` at `at`. */
-static inline void put_real(void *record, bool is_double, int64_t at, double value) {
-  if (is_double)
-    ((double *)record)[at] = value;
-  else
-    ((float *)record)[at] = (float)value;
-}
-
 /* Records of the gates of a ghost. */
 static int64_t gate_records(const sph_boundary *boundary, int64_t ghost) {
   const int dim = boundary->dim, gates = boundary->points.gates[ghost];
@@ -559,7 +555,8 @@ static sph_status fill_wet(sph_boundary *boundary, const sphi_variant *variant) 
     orient(boundary, wet, mirror);
     memcpy(wet->v, boundary->state[wet->wall].velocity, sizeof wet->v);
     const bool drags = sphi_wall_no_slip(boundary->wall[wet->wall]);
-    put_real(boundary->record, variant->is_double, (int64_t)k * stride + SPHI_GHOST_S(dim), drags);
+    sphi_put_real(boundary->record, variant->is_double, (int64_t)k * stride + SPHI_GHOST_S(dim),
+                  drags);
     boundary->place[ghost] = k;
   }
   int64_t next = (int64_t)n + SPHI_PAD;
@@ -571,14 +568,14 @@ static sph_status fill_wet(sph_boundary *boundary, const sphi_variant *variant) 
     memcpy((char *)boundary->record +
                (size_t)((int64_t)k * stride + SPHI_GHOST_GATES(dim)) * variant->real_size,
            &away, sizeof away);
-    put_real(boundary->record, variant->is_double, next * stride, gates);
+    sphi_put_real(boundary->record, variant->is_double, next * stride, gates);
     for (int g = 0; g < gates; g++) {
       const double *plane = sphi_ghost_gates(points, ghost) + g * (dim + 1);
       double now[SPHI_MAX_DIM];
       sphi_wall_turn(&boundary->state[boundary->wall_of[ghost]], dim, plane, now);
       for (int d = 0; d <= dim; d++)
-        put_real(boundary->record, variant->is_double, next * stride + 1 + g * (dim + 1) + d,
-                 d < dim ? now[d] : plane[dim]);
+        sphi_put_real(boundary->record, variant->is_double, next * stride + 1 + g * (dim + 1) + d,
+                      d < dim ? now[d] : plane[dim]);
     }
     next += gate_records(boundary, ghost);
   }
@@ -643,38 +640,39 @@ static inline void reflect(int dim, double *u, const double *wall_velocity, cons
   for (int d = 0; d < dim; d++) u[d] -= 2 * across * normal[d];
 }
 
+/* Velocity of a wall at x, put on by what force and wall do to each other over `ahead`. */
+static inline void wall_velocity_ahead(const sph_boundary *boundary, int wall, const double *x,
+                                       const double *push, double rho0, double ahead,
+                                       double *velocity) {
+  sphi_wall_velocity_at(&boundary->state[wall], boundary->dim, x, velocity, NULL);
+  for (int d = 0; d < boundary->dim && ahead != 0; d++) velocity[d] += ahead * push[d] / rho0;
+}
+
 /* Velocity and pressure of wet ghost k from the values at its mirror point. */
 static inline __attribute__((always_inline)) void assign(sph_boundary *boundary, const int dim,
                                                          int32_t k, const sphi_body_force *force,
-                                                         double t, double rho0) {
+                                                         double t, double rho0, double ahead) {
   const sphi_interpolation *work = &boundary->mirrors.work;
   sphi_wet_ghost *ghost = &boundary->wet[k];
   const bool dry = work->rung[k] == 0, thin = work->gamma[k] < boundary->thin;
-  double f[SPHI_MAX_DIM] = {0}, at[SPHI_MAX_DIM], wall_velocity[SPHI_MAX_DIM],
-         wall_acceleration[SPHI_MAX_DIM], u[SPHI_MAX_DIM];
+  double push[SPHI_MAX_DIM], at[SPHI_MAX_DIM], wall_velocity[SPHI_MAX_DIM], u[SPHI_MAX_DIM];
+  const double more = sphi_wall_gradient(boundary, dim, k, force, t, rho0, push);
+  double p = work->value[k], p_wall = p;
   for (int d = 0; d < dim; d++) {
+    /* The interpolated values belong to the point that the weights average: x_m + I[x - x_m]. */
+    const double from = work->moment[(int64_t)d * work->n + k];
+    p += push[d] * (ghost->to_ghost[d] - from);
+    p_wall += push[d] * (ghost->to_foot[d] - from);
     at[d] = boundary->mirrors.x[d][k] + ghost->to_foot[d];
     u[d] = work->value[(int64_t)(1 + d) * work->n + k];
   }
-  if (force->function) force->function(t, at, f, force->user);
-  sphi_wall_velocity_at(&boundary->state[ghost->wall], dim, at, wall_velocity, wall_acceleration);
-  double p = work->value[k], p_wall = p;
-  for (int d = 0; d < dim; d++) {
-    const double push = rho0 * (force->constant[d] + f[d] - wall_acceleration[d]);
-    /* The interpolated values belong to the point that the weights average: x_m + I[x - x_m]. */
-    const double from = work->moment[(int64_t)d * work->n + k];
-    p += push * (ghost->to_ghost[d] - from);
-    p_wall += push * (ghost->to_foot[d] - from);
-  }
-  if (ghost->second >= 0) { /* the first part of the way is across the other wall */
-    double second_velocity[SPHI_MAX_DIM], second_acceleration[SPHI_MAX_DIM], more = 0;
-    for (int d = 0; d < dim; d++) at[d] = boundary->mirrors.x[d][k] + 0.5 * ghost->across[d];
-    sphi_wall_velocity_at(&boundary->state[ghost->second], dim, at, second_velocity,
-                          second_acceleration);
-    for (int d = 0; d < dim; d++)
-      more += rho0 * (wall_acceleration[d] - second_acceleration[d]) * ghost->across[d];
+  wall_velocity_ahead(boundary, ghost->wall, at, push, rho0, ahead, wall_velocity);
+  if (ghost->second >= 0) {
+    double second_velocity[SPHI_MAX_DIM];
     p += more;
     p_wall += more;
+    for (int d = 0; d < dim; d++) at[d] = boundary->mirrors.x[d][k] + 0.5 * ghost->across[d];
+    wall_velocity_ahead(boundary, ghost->second, at, push, rho0, ahead, second_velocity);
     reflect(dim, u, second_velocity, ghost->second_normal);
   }
   if (thin || dry) p = p_wall = 0;
@@ -704,18 +702,21 @@ static inline __attribute__((always_inline)) void pack(const sph_boundary *bound
                                                        const bool is_double,
                                                        const sphi_frame *frame, int32_t k) {
   const sphi_wet_ghost *ghost = &boundary->wet[k];
+  const double emerged = 0.5 + (boundary->mirrors.work.gamma[k] - 0.5) / EMERGED;
+  const double share = boundary->leaves_air ? fmin(fmax(emerged, 0), 1) : 1;
+  const double volume = ghost->rung ? share * ghost->volume : 0;
   const int64_t at = (int64_t)k * SPHI_GHOST(dim);
   for (int d = 0; d < dim && boundary->moved; d++)
     put_place(boundary->record, is_double, frame, d, at + d, boundary->x[d][ghost->ghost]);
-  put_real(boundary->record, is_double, at + dim, ghost->rung ? ghost->volume : 0);
-  put_real(boundary->record, is_double, at + dim + 1, ghost->p);
+  sphi_put_real(boundary->record, is_double, at + dim, volume);
+  sphi_put_real(boundary->record, is_double, at + dim + 1, ghost->p);
   for (int d = 0; d < dim; d++)
-    put_real(boundary->record, is_double, at + dim + 2 + d, ghost->v[d]);
+    sphi_put_real(boundary->record, is_double, at + dim + 2 + d, ghost->v[d]);
 }
 
 void sphi_boundary_update(sph_boundary *boundary, const sphi_frame *frame,
                           const sphi_variant *variant, const void *record,
-                          const sphi_body_force *force, double t, double rho0) {
+                          const sphi_body_force *force, double t, double rho0, double ahead) {
   sph_context *context = boundary->context;
   sphi_gather_evaluate(context, &boundary->mirrors, frame, boundary->interpolator, variant, record);
   const sphi_interpolation *work = &boundary->mirrors.work;
@@ -725,13 +726,13 @@ void sphi_boundary_update(sph_boundary *boundary, const sphi_frame *frame,
     schedule(static) if (n > SERIAL) reduction(+ : by_type, thin)
   for (int32_t k = 0; k < n; k++) {
     if (boundary->dim == 2) {
-      assign(boundary, 2, k, force, t, rho0);
+      assign(boundary, 2, k, force, t, rho0, ahead);
       if (variant->is_double)
         pack(boundary, 2, true, frame, k);
       else
         pack(boundary, 2, false, frame, k);
     } else {
-      assign(boundary, 3, k, force, t, rho0);
+      assign(boundary, 3, k, force, t, rho0, ahead);
       if (variant->is_double)
         pack(boundary, 3, true, frame, k);
       else
@@ -764,8 +765,8 @@ void sphi_boundary_read_records(const sph_boundary *boundary, int wall,
     double x[SPHI_MAX_DIM];
     sphi_wall_place(state, dim, boundary->points.x + dim * (int64_t)wet->ghost, x);
     for (int d = 0; d < dim; d++) put_place(record, is_double, frame, d, at + d, x[d]);
-    put_real(record, is_double, at + dim, wet->wall == wall && wet->rung ? wet->volume : 0);
-    put_real(record, is_double, at + dim + 1, wet->p);
+    sphi_put_real(record, is_double, at + dim, wet->wall == wall && wet->rung ? wet->volume : 0);
+    sphi_put_real(record, is_double, at + dim + 1, wet->p);
   }
 }
 

@@ -50,6 +50,8 @@ struct sph_boundary {
   sphi_wall_state state[SPHI_MAX_WALLS];
   double arm[SPHI_MAX_WALLS]; /* of the wall's farthest ghost about the pivot */
   bool no_suction;
+  bool
+      leaves_air; /* a method's wish: ghosts whose mirror points are above the surface have no volume */
   double thin;
   bool taken;               /* an integrator holds it */
   bool in_use;              /* an integrator has stepped with it: no more walls */
@@ -102,14 +104,71 @@ sph_status sphi_boundary_sort(sph_boundary *boundary, const sphi_frame *frame,
 sph_status sphi_boundary_list(sph_boundary *boundary, const sphi_frame *frame,
                               const sphi_variant *variant, const sphi_columns *fluid, double radius,
                               sphi_list *near);
-/* Interpolates from the fluid's records, assigns velocity and pressure, packs the ghosts' records. */
+/* Interpolates from the fluid's records, assigns velocity and pressure, packs the ghosts' records. With
+ * velocities that a step `ahead` has only the body force in, walls are taken as if it moved them too, and
+ * their own acceleration not: what is then projected has their velocity. 0 otherwise. */
 void sphi_boundary_update(sph_boundary *boundary, const sphi_frame *frame,
                           const sphi_variant *variant, const void *record,
-                          const sphi_body_force *force, double t, double rho0);
+                          const sphi_body_force *force, double t, double rho0, double ahead);
 /* Copies the ghosts' records, boundary->record_capacity reals: places and volumes of those of one wall, whose
  * state is given, with the pressures of the last evaluation; the others' volumes are zero. */
 void sphi_boundary_read_records(const sph_boundary *boundary, int wall,
                                 const sphi_wall_state *state, const sphi_frame *frame,
                                 const sphi_variant *variant, void *record);
+
+/* Pressures of the wet ghosts by those of the fluid: p_g = sum_k weight_k p_column(k) + at_ghost, and at its
+ * foot on the wall the same sum + at_foot. */
+typedef struct sphi_ghost_rows {
+  int64_t *first;  /* [wet] */
+  int32_t *count;  /* [wet] 0: no fluid near, or too little of it */
+  int32_t *column; /* numbers of particles in storage order */
+  double *weight;
+  double *at_ghost, *at_foot; /* [wet] Pa */
+  double *away;               /* scratch */
+  int64_t capacity[7];
+} sphi_ghost_rows;
+
+void sphi_ghost_rows_free(sph_context *context, sphi_ghost_rows *rows);
+/* Rows for the fluid at x with these volumes, walls as they are at time t: weights of the kernel, exact for
+ * linear pressures if the interpolator is of a kind that is, or for those in fluid at rest. */
+sph_status sphi_boundary_rows(sph_boundary *boundary, const sphi_frame *frame, double *const *x,
+                              const double *volume, const sphi_body_force *force, double t,
+                              double rho0, sphi_ghost_rows *rows);
+/* Pressures of ghosts and walls by rows from the fluid's p, into the records too. */
+void sphi_boundary_set_pressures(sph_boundary *boundary, const sphi_variant *variant,
+                                 const sphi_ghost_rows *rows, const double *p);
+
+/* For libsph/boundary only. */
+
+/* A number into record `k` at `at`. */
+static inline void sphi_put_real(void *record, bool is_double, int64_t at, double value) {
+  if (is_double)
+    ((double *)record)[at] = value;
+  else
+    ((float *)record)[at] = (float)value;
+}
+
+/* Pressure gradient at the foot of wet ghost k that keeps fluid at rest beside the wall: rho0 (f - a_w); the
+ * return value is what a second wall adds on the first part of the way from the mirror point. */
+static inline __attribute__((always_inline)) double sphi_wall_gradient(const sph_boundary *boundary,
+                                                                       const int dim, int32_t k,
+                                                                       const sphi_body_force *force,
+                                                                       double t, double rho0,
+                                                                       double *gradient) {
+  const sphi_wet_ghost *ghost = &boundary->wet[k];
+  double f[SPHI_MAX_DIM] = {0}, at[SPHI_MAX_DIM], velocity[SPHI_MAX_DIM],
+         acceleration[SPHI_MAX_DIM], more = 0;
+  for (int d = 0; d < dim; d++) at[d] = boundary->mirrors.x[d][k] + ghost->to_foot[d];
+  if (force->function) force->function(t, at, f, force->user);
+  sphi_wall_velocity_at(&boundary->state[ghost->wall], dim, at, velocity, acceleration);
+  for (int d = 0; d < dim; d++) gradient[d] = rho0 * (force->constant[d] + f[d] - acceleration[d]);
+  if (ghost->second < 0) return 0;
+  double second_acceleration[SPHI_MAX_DIM];
+  for (int d = 0; d < dim; d++) at[d] = boundary->mirrors.x[d][k] + 0.5 * ghost->across[d];
+  sphi_wall_velocity_at(&boundary->state[ghost->second], dim, at, velocity, second_acceleration);
+  for (int d = 0; d < dim; d++)
+    more += rho0 * (acceleration[d] - second_acceleration[d]) * ghost->across[d];
+  return more;
+}
 
 #endif

@@ -143,13 +143,13 @@ bool sphi_cloud_reaches(const sph_integrator *flow) {
   return flow->cloud.travelled + next_travel(flow) <= reach;
 }
 
-sph_status sphi_cloud_update_ghosts(sph_integrator *flow, double t) {
+sph_status sphi_cloud_update_ghosts(sph_integrator *flow, double t, double ahead) {
   sphi_cloud *c = &flow->cloud;
   if (!c->boundary) return SPH_OK;
   const double begin = sphi_seconds();
   if (sphi_boundary_moves(c->boundary)) SPH_TRY(sphi_boundary_move(c->boundary, t));
   sphi_boundary_update(c->boundary, &flow->frame, flow->variant, flow->record, &c->force, t,
-                       c->rho0);
+                       c->rho0, ahead);
   flow->stats.seconds_boundary += sphi_seconds() - begin;
   return SPH_OK;
 }

@@ -15,6 +15,7 @@ enum { STEPPERS = sizeof steppers / sizeof steppers[0] };
 
 double sphi_integrator_courant(const sph_integrator *flow) {
   if (flow->courant > 0) return flow->courant;
+  if (flow->method->courant > 0) return flow->method->courant;
   double share = 0;
   for (int k = 0; k < STEPPERS; k++)
     if (steppers[k].stepper == flow->stepper) share = steppers[k].share;
@@ -96,6 +97,8 @@ sph_status sph_integrator_set_stepper(sph_integrator *integrator, sph_stepper st
   sph_context *context = integrator->context;
   SPH_CHECK(context, stepper >= SPH_STEPPER_SYMPLECTIC && stepper <= SPH_STEPPER_RK4,
             SPH_E_ARGUMENT, "integrator: stepper must be one of sph_stepper, got %d", (int)stepper);
+  SPH_CHECK(context, integrator->method->courant == 0, SPH_E_TYPE,
+            "integrator: \"%s\" has a stepper of its own", integrator->method->name);
   const double limit = stable_dt(integrator, stepper);
   SPH_CHECK(context, limit == 0 || integrator->fixed_dt <= limit, SPH_E_ARGUMENT,
             "integrator: time step %g s is beyond the stable %g s of this stepper",

@@ -61,7 +61,9 @@ typedef struct sphi_method {
   /* Time step the limits allow now, and which limit; 0 if it cannot be told. */
   double (*limit)(const sph_integrator *flow, sph_limiter *limiter);
   sph_status (*step)(sph_integrator *flow, double dt);
-  /* Largest stable courant number c0 dt / h of a stepper on a lattice, and the default one. */
+  double
+      courant; /* the default of methods that have one stepper, their own; 0: steppers have theirs */
+  /* Largest stable courant number c0 dt / h of a stepper on a lattice, and the step of one. */
   double (*stable_courant)(const sph_integrator *flow, sph_stepper stepper);
   double (*stable_dt)(const sph_integrator *flow, double courant);
   void (*destroy)(sph_integrator *flow);
@@ -153,8 +155,8 @@ sph_status sphi_cloud_prepare(sph_integrator *flow);
 sph_status sphi_cloud_build(sph_integrator *flow);
 /* Whether lists hold for another step. */
 bool sphi_cloud_reaches(const sph_integrator *flow);
-/* Walls and ghosts as they are at time t, by the fluid's records. */
-sph_status sphi_cloud_update_ghosts(sph_integrator *flow, double t);
+/* Walls and ghosts as they are at time t, by the fluid's records; ahead as of sphi_boundary_update. */
+sph_status sphi_cloud_update_ghosts(sph_integrator *flow, double t, double ahead);
 /* An operator over fluid and ghosts. */
 void sphi_cloud_sweep(sph_integrator *flow, int operator_index, const void *arguments);
 /* Takes from velocities what damping zones do in a step. An exponential never turns them, however long the
@@ -165,6 +167,14 @@ double sphi_cloud_travel_in(const sph_integrator *flow, double dt);
 void sphi_cloud_has_moved(sph_integrator *flow, double dt);
 /* Speed of the fastest wall now. */
 double sphi_cloud_wall_speed(const sph_integrator *flow);
+/* op_rates: pressure and divergence together, without diffusive terms. */
+typedef struct sphi_rates_arguments {
+  void *acceleration[3];
+  void *divergence;
+  const void *record; /* of the targets */
+  const double *m;    /* [n] */
+} sphi_rates_arguments;
+
 /* op_reaction, over ghosts alone; arrays have the reals of the variant: the ghosts' pressure term. */
 typedef struct sphi_reaction_arguments {
   void *force[3]; /* [n] on the ghosts */

@@ -58,6 +58,9 @@ typedef void (*sphi_list_function)(sphi_list *list, int32_t part, const sphi_fra
   X(momentum)                 \
   X(rates)                    \
   X(reaction)                 \
+  X(projection)               \
+  X(laplacian)                \
+  X(viscosity)                \
   X(shepard)                  \
   X(shepard_any)              \
   X(classic_shepard)          \

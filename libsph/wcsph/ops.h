@@ -27,14 +27,6 @@ typedef struct sphi_momentum_arguments {
   double rho0;
 } sphi_momentum_arguments;
 
-/* op_rates: pressure and divergence together, without diffusive terms. */
-typedef struct sphi_rates_arguments {
-  void *acceleration[3];
-  void *divergence;
-  const void *record; /* of the targets */
-  const double *m;    /* [n] */
-} sphi_rates_arguments;
-
 /* Largest speed and acceleration over some particles. */
 typedef struct sphi_extremes {
   double speed2, acceleration2;

@@ -178,14 +178,14 @@ static sph_status kick(sph_integrator *flow, double t, double dt, double part, b
 static sph_status step_symplectic(sph_integrator *flow, double dt) {
   const wcsph *w = wcsph_of(flow);
   const double t = flow->stats.time;
-  SPH_TRY(sphi_cloud_update_ghosts(flow, t));
+  SPH_TRY(sphi_cloud_update_ghosts(flow, t, 0));
   run_gradient(flow);
   sphi_update_arguments a = update_of(flow, t);
   a.next = dt;
   a.divergence = w->array[WCSPH_DIVERGENCE];
   a.all = false;
   move(flow, &a);
-  SPH_TRY(sphi_cloud_update_ghosts(flow, t));
+  SPH_TRY(sphi_cloud_update_ghosts(flow, t, 0));
   run_momentum(flow, false);
   SPH_TRY(kick(flow, t, dt, 1, true));
   sphi_cloud_damp(flow, dt);
@@ -198,7 +198,7 @@ static sph_status step_verlet(sph_integrator *flow, double dt) {
   wcsph *w = wcsph_of(flow);
   const double t = flow->stats.time;
   if (!w->accelerated) {
-    SPH_TRY(sphi_cloud_update_ghosts(flow, t));
+    SPH_TRY(sphi_cloud_update_ghosts(flow, t, 0));
     run_gradient(flow);
     run_momentum(flow, false);
   }
@@ -207,13 +207,13 @@ static sph_status step_verlet(sph_integrator *flow, double dt) {
   sphi_update_arguments a = update_of(flow, t);
   a.drift = 0.5 * dt;
   move(flow, &a);
-  SPH_TRY(sphi_cloud_update_ghosts(flow, t + 0.5 * dt));
+  SPH_TRY(sphi_cloud_update_ghosts(flow, t + 0.5 * dt, 0));
   run_gradient(flow);
   a.next = dt;
   a.divergence = w->array[WCSPH_DIVERGENCE];
   a.all = false;
   move(flow, &a);
-  SPH_TRY(sphi_cloud_update_ghosts(flow, t + dt));
+  SPH_TRY(sphi_cloud_update_ghosts(flow, t + dt, 0));
   run_momentum(flow, false);
   SPH_TRY(kick(flow, t + dt, dt, 0.5, true));
   sphi_cloud_damp(flow, dt);
@@ -242,7 +242,7 @@ static sph_status step_rk4(sph_integrator *flow, double dt) {
   wcsph *w = wcsph_of(flow);
   for (int k = 0; k < 4; k++) {
     const double t = flow->stats.time + stage[k].place * dt;
-    SPH_TRY(sphi_cloud_update_ghosts(flow, t));
+    SPH_TRY(sphi_cloud_update_ghosts(flow, t, 0));
     if (k == 0) {
       run_gradient(flow);
       run_momentum(flow, true);
@@ -278,7 +278,7 @@ sph_status sphi_wcsph_step(sph_integrator *flow, double dt) {
       flow->stats.seconds_pack + flow->stats.seconds_boundary + flow->stats.seconds_pairs;
   if (flow->cloud.boundary && sphi_boundary_is_driven(flow->cloud.boundary)) {
     /* Before the first step nothing has pushed yet. */
-    if (flow->stats.steps == 0) SPH_TRY(sphi_cloud_update_ghosts(flow, flow->stats.time));
+    if (flow->stats.steps == 0) SPH_TRY(sphi_cloud_update_ghosts(flow, flow->stats.time, 0));
     SPH_TRY(sphi_boundary_drive(flow->cloud.boundary, flow->stats.time, dt));
   }
   flow->cloud.packed = false;

@@ -1,0 +1,247 @@
+/** @file
+ * Incompressible SPH by projection (Lee et al. 2008, Liang et al. 2017), behind an integrator.
+ */
+#ifndef SPH_ISPH_H
+#define SPH_ISPH_H
+
+#include <sph/boundary.h>
+#include <sph/integrator.h>
+#include <sph/kernel.h>
+#include <sph/particles.h>
+#include <sph/solver.h>
+
+SPH_BEGIN_DECLS
+
+/** Pressure gradients. */
+typedef enum sph_isph_gradient {
+  SPH_ISPH_GRADIENT_CORRECTED =
+      1, /**< "corrected": differences and renormalised gradients, exact for linear pressures */
+  SPH_ISPH_GRADIENT_CONSERVATIVE =
+      2 /**< "conservative": sums of pressures, Liang et al. (2017) eq. (2), keeps momentum */
+} sph_isph_gradient;
+
+/** Laplacians of the pressure. */
+typedef enum sph_isph_laplacian {
+  SPH_ISPH_LAPLACIAN_CORRECTED = 1, /**< "corrected": Schwaiger (2008), for one-sided support */
+  SPH_ISPH_LAPLACIAN_SIMPLE = 2     /**< "simple": Morris et al. (1997) */
+} sph_isph_laplacian;
+
+/** Create the flow of `particles` inside `boundary` (NULL: no walls).
+ *
+ * A step of dt, with W, V and ghosts at r* = r^n + dt u^n:
+ *
+ *     u*_i = u_i^n + dt (nu lap u_i + g)
+ *     sum_j a_ij (p_j - p_i) = (rho0/dt) (sum_j V_j (u*_j - u*_i) . grad_i W_ij + theta (1 - C_i/C0)/dt)
+ *     a_ij = -2 tr(M_i^-1)/dim V_j (dW/dr)/r (1 + x_ij . M_i^-1 N_i)
+ *     u_i^(n+1) = u*_i - dt (grad p)_i / rho0,   r_i^(n+1) = r_i^n + dt/2 (u_i^n + u_i^(n+1)) + shift
+ *
+ * with p = 0 where the divergence of positions is below the surface's threshold, M_i = sum_j V_j x_ji (x) grad W,
+ * N_i = sum_j V_j grad W, C_i = sum_j V_j W. Ghosts have the pressure of their mirror point and of the
+ * force and acceleration of the wall. Until set otherwise: rho0 = 1000, g = (0, -9.81) or (0, 0, -9.81), nu = 0,
+ * corrected gradient and Laplacian, theta = 0.01, shifting 2. The first step, or the first probe, makes
+ * the pressure of the state at the start.
+ *
+ * Ownership  references to all are kept; a boundary belongs to one integrator at a time. The particles get
+ *            a field "acceleration"; the caller destroys *out
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT a NULL, dimensions that differ, no particles, handles of another context, ghosts
+ *            less deep than the kernel's support, a boundary in use; SPH_E_MEMORY
+ * Source     Lee et al. (2008); Liang et al. (2017), eqs. (2)-(13), with the corrections of docs/theory/isph.md;
+ *            differs: r* of the old velocity, fixed ghosts
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_create(sph_context *context, sph_kernel *kernel,
+                                                 sph_particles *particles, sph_boundary *boundary,
+                                                 sph_integrator **out);
+
+/** Density of the fluid; 1000 until called. Particles keep their volumes, and get the masses of these.
+ *
+ * Units      kg/m^3, > 0
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator NULL, density not finite or <= 0; SPH_E_TYPE another method
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_set_reference_density(sph_integrator *integrator,
+                                                                double density);
+
+/** Constant body force per mass; (0, -9.81) or (0, 0, -9.81) until called.
+ *
+ * Shape      gravity [dim]
+ * Units      m/s^2
+ * Ownership  copied
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT a NULL, not finite; SPH_E_TYPE another method
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_set_gravity(sph_integrator *integrator,
+                                                      const double *gravity);
+
+/** Body force per mass of place and time, in addition to gravity; NULL: none.
+ *
+ * Ownership  borrows function and user until replaced
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator NULL; SPH_E_TYPE another method
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_set_body_force(sph_integrator *integrator,
+                                                         sph_body_force function, void *user);
+
+/** Laminar kinematic viscosity nu; 0 until called.
+ *
+ * Units      m^2/s, >= 0
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator NULL, nu not finite or < 0; SPH_E_TYPE another method
+ * Source     Morris et al. (1997); Liang et al. (2017), eq. (3)
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_set_laminar_viscosity(sph_integrator *integrator,
+                                                                double nu);
+
+/** Choose the pressure gradient.
+ *
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator NULL, unknown kind; SPH_E_TYPE another method
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_set_gradient(sph_integrator *integrator,
+                                                       sph_isph_gradient kind);
+
+/** Choose the Laplacian of the pressure.
+ *
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator NULL, unknown kind; SPH_E_TYPE another method
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_set_laplacian(sph_integrator *integrator,
+                                                        sph_isph_laplacian kind);
+
+/** Particles whose divergence of positions, dim in the bulk, is below this are the free surface; 1.5 in 2D
+ * and 2.4 in 3D until called, 0 for a fluid without surface.
+ *
+ * Units      dimensionless, 0 to below dim
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator NULL, out of range; SPH_E_TYPE another method
+ * Source     Lee et al. (2008); Liang et al. (2017), eq. (13), with the sign set right
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_set_surface_threshold(sph_integrator *integrator,
+                                                                double threshold);
+
+/** Share of a particle's lack or surplus of filling that a step takes away; 0.01 until called, 0: none.
+ *
+ * Units      dimensionless, 0 to 1
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator NULL, out of range; SPH_E_TYPE another method
+ * Source     Asai et al. (2012), doi:10.1155/2012/139583; differs: filling instead of density
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_set_density_correction(sph_integrator *integrator,
+                                                                 double theta);
+
+/** Shift particles by -factor h |u| dt grad C in a step, 0.1 spacings at most and not near the surface; 2
+ * until called, 0: not at all.
+ *
+ * Units      dimensionless, 0 to 10
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator NULL, out of range; SPH_E_TYPE another method
+ * Source     Lind et al. (2012), doi:10.1016/j.jcp.2011.10.027; Skillen et al. (2013),
+ *            doi:10.1016/j.cma.2013.05.017; differs: velocities are not interpolated anew
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_set_shifting(sph_integrator *integrator, double factor);
+
+/** Make one direction periodic.
+ *
+ * Units      lo < hi [m]
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator NULL, no such axis, lo >= hi, a support radius larger than half the
+ *            box; SPH_E_TYPE another method
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_set_periodic(sph_integrator *integrator, int axis,
+                                                       double lo, double hi);
+
+/** Box that particles may not leave, see sph_wcsph_set_domain().
+ *
+ * Shape      lo, hi [dim]
+ * Units      m
+ * Ownership  copied
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT a NULL, not finite, lo >= hi; SPH_E_TYPE another method
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_set_domain(sph_integrator *integrator, const double *lo,
+                                                     const double *hi);
+
+/** Add a zone that takes waves out, see sph_wcsph_add_damping_zone().
+ *
+ * Units      from, to m; rate 1/s, > 0
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator NULL, no such axis, from and to not finite or equal, rate not finite
+ *            or <= 0, more than 16 zones; SPH_E_TYPE another method
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_add_damping_zone(sph_integrator *integrator, int axis,
+                                                           double from, double to, double rate);
+
+/** Largest distance beyond the support that neighbour lists reach, see sph_wcsph_set_skin().
+ *
+ * Units      fraction of the support radius, 0.001 to 0.5; 0.25 until called
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator NULL, out of range; SPH_E_TYPE another method
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_set_skin(sph_integrator *integrator, double skin);
+
+/** The solver of the pressure equation, for settings and numbers: BiCGStab to 1e-6 from the last pressure.
+ *
+ * A step whose equation is not solved within the solver's limit is SPH_E_NOT_CONVERGED: particles and time
+ * are as before the step, with the best pressure that was found; set another limit or tolerance and
+ * step again.
+ *
+ * Ownership  *solver belongs to the integrator: not to be destroyed
+ * Parallel   thread-safe for reading
+ * Errors     SPH_E_ARGUMENT a NULL; SPH_E_TYPE another method
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_get_solver(const sph_integrator *integrator,
+                                                     sph_solver **solver);
+
+/** Particles on the free surface at the last solution; 0: the system was singular, and pressures have zero
+ * mean.
+ *
+ * Ownership  fills *count
+ * Parallel   thread-safe for reading
+ * Errors     SPH_E_ARGUMENT a NULL; SPH_E_TYPE another method
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_count_surface(const sph_integrator *integrator,
+                                                        int64_t *count);
+
+/** Energies now; `compressible` is 0.
+ *
+ * Ownership  fills *energy
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT a NULL; SPH_E_TYPE another method
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_get_energy(const sph_integrator *integrator,
+                                                     sph_energy *energy);
+
+/** Force of the fluid on one wall by sums over particles, see sph_wcsph_read_reaction().
+ *
+ * Shape      wall: number in the order of adding to the boundary, from 0; force [dim]
+ * Units      N (N/m in 2D), on the wall: positive towards the solid
+ * Ownership  copies into the caller's array
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT a NULL, no such wall, what a first step refuses; SPH_E_TYPE another method;
+ *            SPH_E_MEMORY
+ * Source     Liang et al. (2017), eq. (14), with the sum over the wall's particles that it leaves out
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_read_reaction(sph_integrator *integrator, int wall,
+                                                        double *force);
+
+SPH_END_DECLS
+
+#endif

@@ -1,0 +1,161 @@
+/* Ghost pressures as sums over those of the fluid, for methods that solve for pressures. */
+#include "boundary/boundary_impl.h"
+
+/* Weights of W V at the neighbours of a mirror point, made exact for linear fields if that is well posed: with
+ * one-sided support weights grow, and then stay as they are. */
+static bool make_linear(const int dim, int32_t count, const double *away, double h,
+                        double *weight) {
+  double a[SPHI_MAX_DIM + 1][SPHI_MAX_DIM + 2] = {{0}};
+  for (int32_t k = 0; k < count; k++) {
+    double basis[SPHI_MAX_DIM + 1] = {1};
+    for (int d = 0; d < dim; d++) basis[1 + d] = away[k * SPHI_MAX_DIM + d] / h;
+    for (int p = 0; p <= dim; p++)
+      for (int q = 0; q <= dim; q++) a[p][q] += weight[k] * basis[p] * basis[q];
+  }
+  a[0][dim + 1] = 1;
+  for (int p = 0; p <= dim; p++) { /* symmetric and positive: no pivots are needed */
+    if (!(a[p][p] > 0.02 * a[0][0] * (p ? 0.1 : 1))) return false;
+    for (int q = p + 1; q <= dim; q++) {
+      const double factor = a[q][p] / a[p][p];
+      for (int r = p; r <= dim + 1; r++) a[q][r] -= factor * a[p][r];
+    }
+  }
+  double beta[SPHI_MAX_DIM + 1], size = 0;
+  for (int p = dim; p >= 0; p--) {
+    beta[p] = a[p][dim + 1];
+    for (int q = p + 1; q <= dim; q++) beta[p] -= a[p][q] * beta[q];
+    beta[p] /= a[p][p];
+  }
+  for (int pass = 0; pass < 2; pass++) {
+    for (int32_t k = 0; k < count; k++) {
+      double factor = beta[0];
+      for (int d = 0; d < dim; d++) factor += beta[1 + d] * away[k * SPHI_MAX_DIM + d] / h;
+      if (pass == 0)
+        size += fabs(weight[k] * factor);
+      else
+        weight[k] *= factor;
+    }
+    if (size > 2) return false;
+  }
+  return true;
+}
+
+/* The row of wet ghost k, whose mirror point has `count` sources listed. */
+static void make_row(const sph_boundary *boundary, const int dim, const sphi_frame *frame,
+                     double *const *x, const double *volume, const sphi_body_force *force, double t,
+                     double rho0, int32_t k, const uint32_t *source, int32_t count,
+                     sphi_ghost_rows *rows) {
+  const sph_kernel *kernel = boundary->interpolator->kernel;
+  const sphi_wet_ghost *ghost = &boundary->wet[k];
+  int32_t *column = rows->column + rows->first[k];
+  double *weight = rows->weight + rows->first[k],
+         *away = rows->away + rows->first[k] * SPHI_MAX_DIM;
+  double gamma = 0, moment[SPHI_MAX_DIM] = {0}, push[SPHI_MAX_DIM];
+  int32_t kept = 0;
+  rows->count[k] = 0;
+  rows->at_ghost[k] = rows->at_foot[k] = 0;
+  for (int32_t s = 0; s < count; s++) {
+    const int32_t j = (int32_t)source[s];
+    double r2 = 0;
+    for (int d = 0; d < dim; d++) {
+      const double dx = sphi_frame_difference(frame, d, x[d][j], boundary->mirrors.x[d][k]);
+      away[kept * SPHI_MAX_DIM + d] = dx;
+      r2 += dx * dx;
+    }
+    if (r2 >= kernel->support * kernel->support) continue;
+    column[kept] = j;
+    weight[kept] = volume[j] * sph_kernel_w(kernel, sqrt(r2));
+    gamma += weight[kept++];
+  }
+  if (ghost->rung == 0 || !(gamma > boundary->thin)) return;
+  const sph_interpolator_type type = boundary->interpolator->type;
+  const bool linear = type == SPH_INTERPOLATOR_MLS_LINEAR ||
+                      type == SPH_INTERPOLATOR_MLS_QUADRATIC || type == SPH_INTERPOLATOR_SFDI;
+  if (!(linear && make_linear(dim, kept, away, kernel->h, weight)))
+    for (int32_t s = 0; s < kept; s++) weight[s] /= gamma;
+  rows->at_ghost[k] = rows->at_foot[k] = sphi_wall_gradient(boundary, dim, k, force, t, rho0, push);
+  for (int32_t s = 0; s < kept; s++)
+    for (int d = 0; d < dim; d++) moment[d] += weight[s] * away[s * SPHI_MAX_DIM + d];
+  for (int d = 0; d < dim; d++) {
+    rows->at_ghost[k] += push[d] * (ghost->to_ghost[d] - moment[d]);
+    rows->at_foot[k] += push[d] * (ghost->to_foot[d] - moment[d]);
+  }
+  rows->count[k] = kept;
+}
+
+void sphi_ghost_rows_free(sph_context *context, sphi_ghost_rows *rows) {
+  sphi_free(context, rows->first);
+  sphi_free(context, rows->count);
+  sphi_free(context, rows->at_ghost);
+  sphi_free(context, rows->at_foot);
+  sphi_free(context, rows->column);
+  sphi_free(context, rows->weight);
+  sphi_free(context, rows->away);
+  memset(rows, 0, sizeof *rows);
+}
+
+static sph_status reserve_rows(sph_context *context, sphi_ghost_rows *rows, int64_t ghosts,
+                               int64_t entries) {
+  struct {
+    void **array;
+    int64_t *capacity, count;
+    size_t size;
+  } const arrays[] = {
+      {(void **)&rows->first, &rows->capacity[0], ghosts, sizeof *rows->first},
+      {(void **)&rows->count, &rows->capacity[1], ghosts, sizeof *rows->count},
+      {(void **)&rows->at_ghost, &rows->capacity[2], ghosts, sizeof *rows->at_ghost},
+      {(void **)&rows->at_foot, &rows->capacity[3], ghosts, sizeof *rows->at_foot},
+      {(void **)&rows->column, &rows->capacity[4], entries, sizeof *rows->column},
+      {(void **)&rows->weight, &rows->capacity[5], entries, sizeof *rows->weight},
+      {(void **)&rows->away, &rows->capacity[6], entries * SPHI_MAX_DIM, sizeof *rows->away}};
+  for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) {
+    const int64_t count = arrays[k].count, head = count > *arrays[k].capacity ? count / 4 : 0;
+    SPH_CHECK(context,
+              sphi_reserve(context, arrays[k].array, arrays[k].capacity, count + head + 1,
+                           arrays[k].size),
+              SPH_E_MEMORY, "boundary: no memory for rows of %lld ghosts", (long long)ghosts);
+  }
+  return SPH_OK;
+}
+
+sph_status sphi_boundary_rows(sph_boundary *boundary, const sphi_frame *frame, double *const *x,
+                              const double *volume, const sphi_body_force *force, double t,
+                              double rho0, sphi_ghost_rows *rows) {
+  sph_context *context = boundary->context;
+  const sphi_gather *mirrors = &boundary->mirrors;
+  const sphi_list *list = &mirrors->list;
+  int64_t entries = 0;
+  for (int32_t c = 0; c < mirrors->wet.n; c++)
+    entries += (int64_t)list->entry[c].count * mirrors->wet.count[c];
+  SPH_TRY(reserve_rows(context, rows, boundary->wet_count, entries));
+  entries = 0;
+  for (int32_t c = 0; c < mirrors->wet.n; c++)
+    for (int32_t l = 0; l < mirrors->wet.count[c]; l++) {
+      rows->first[mirrors->wet.first[c] + l] = entries;
+      entries += list->entry[c].count;
+    }
+#pragma omp parallel for num_threads(context->threads) \
+    schedule(dynamic, 16) if (boundary->wet_count > 64)
+  for (int32_t c = 0; c < mirrors->wet.n; c++) {
+    const sphi_list_entry *entry = &list->entry[c];
+    const uint32_t *source = list->part[entry->part].source + entry->offset;
+    for (int32_t l = 0; l < mirrors->wet.count[c]; l++)
+      make_row(boundary, boundary->dim, frame, x, volume, force, t, rho0, mirrors->wet.first[c] + l,
+               source, entry->count, rows);
+  }
+  return SPH_OK;
+}
+
+void sphi_boundary_set_pressures(sph_boundary *boundary, const sphi_variant *variant,
+                                 const sphi_ghost_rows *rows, const double *p) {
+  for (int32_t k = 0; k < boundary->wet_count; k++) {
+    sphi_wet_ghost *wet = &boundary->wet[k];
+    double sum = 0;
+    for (int32_t s = 0; s < rows->count[k]; s++)
+      sum += rows->weight[rows->first[k] + s] * p[rows->column[rows->first[k] + s]];
+    wet->p = sum + rows->at_ghost[k];
+    wet->wall_pressure = sum + rows->at_foot[k];
+    sphi_put_real(boundary->record, variant->is_double,
+                  (int64_t)k * SPHI_GHOST(boundary->dim) + boundary->dim + 1, wet->p);
+  }
+}

@@ -1,0 +1,215 @@
+/* The handle of incompressible SPH: settings, energies. */
+#include "isph/isph_impl.h"
+
+static const sphi_method method;
+
+#define SETTER(flow)                                      \
+  SPH_TRY(sphi_integrator_check_method((flow), &method)); \
+  sph_context *context = (flow)->context;                 \
+  isph *s = isph_of(flow)
+
+static void destroy(sph_integrator *flow) {
+  isph *s = isph_of(flow);
+  sph_context *context = flow->context;
+  for (int k = 0; k < ISPH_ARRAYS; k++) sphi_free(context, s->array[k]);
+  for (int d = 0; d < SPHI_MAX_DIM; d++) sphi_free(context, s->between[d]);
+  for (int k = 0; k < 2; k++) {
+    sphi_free(context, s->place[k]);
+    sphi_free(context, s->entry[k]);
+  }
+  sphi_ghost_rows_free(context, &s->rows);
+  sphi_free(context, s->surface);
+  sphi_free(context, s->row_start);
+  sphi_free(context, s->columns);
+  sphi_free(context, s->values);
+  sphi_free(context, s->right);
+  sphi_free(context, s->mark);
+  sph_solver_destroy(&s->solver);
+  if (flow->cloud.boundary) flow->cloud.boundary->leaves_air = false;
+  sphi_free(context, s);
+  flow->data = NULL;
+}
+
+/* Sum of V W over the lattice of particles around one of them. */
+static double lattice_filling(const sph_kernel *kernel, double spacing) {
+  const int most = (int)ceil(kernel->support / spacing), dim = kernel->dim;
+  double sum = 0;
+  for (int i = -most; i <= most; i++)
+    for (int j = -most; j <= most; j++)
+      for (int k = dim == 3 ? -most : 0; k <= (dim == 3 ? most : 0); k++)
+        sum += sph_kernel_w(kernel, spacing * sqrt((double)(i * i + j * j + k * k)));
+  return sum * pow(spacing, dim);
+}
+
+sph_status sph_isph_create(sph_context *context, sph_kernel *kernel, sph_particles *particles,
+                           sph_boundary *boundary, sph_integrator **out) {
+  SPH_TRY(sphi_cloud_create(context, &method, kernel, particles, boundary, out));
+  isph *s = SPHI_NEW(context, 1, isph);
+  if (!s) {
+    sph_integrator_destroy(out);
+    return SPHI_ERROR(context, SPH_E_MEMORY, "isph: no memory");
+  }
+  (*out)->data = s;
+  const sph_status status = sph_solver_create(context, SPH_SOLVER_BICGSTAB, &s->solver);
+  if (status != SPH_OK) {
+    sph_integrator_destroy(out);
+    return status;
+  }
+  if (boundary) boundary->leaves_air = true;
+  s->filled = lattice_filling(kernel, particles->spacing);
+  s->threshold = particles->dim == 2 ? 1.5 : 2.4;
+  s->gradient = SPH_ISPH_GRADIENT_CORRECTED;
+  s->laplacian = SPH_ISPH_LAPLACIAN_CORRECTED;
+  s->theta = 0.01;
+  s->shifting = 2;
+  return SPH_OK;
+}
+
+sph_status sph_isph_set_laminar_viscosity(sph_integrator *integrator, double nu) {
+  SETTER(integrator);
+  SPH_CHECK(context, isfinite(nu) && nu >= 0, SPH_E_ARGUMENT,
+            "isph: viscosity must be >= 0 m^2/s, got %g", nu);
+  s->nu = nu;
+  return SPH_OK;
+}
+
+sph_status sph_isph_set_gradient(sph_integrator *integrator, sph_isph_gradient kind) {
+  SETTER(integrator);
+  SPH_CHECK(context, kind == SPH_ISPH_GRADIENT_CORRECTED || kind == SPH_ISPH_GRADIENT_CONSERVATIVE,
+            SPH_E_ARGUMENT, "isph: gradient must be one of sph_isph_gradient, got %d", (int)kind);
+  s->gradient = kind;
+  return SPH_OK;
+}
+
+sph_status sph_isph_set_laplacian(sph_integrator *integrator, sph_isph_laplacian kind) {
+  SETTER(integrator);
+  SPH_CHECK(context, kind == SPH_ISPH_LAPLACIAN_CORRECTED || kind == SPH_ISPH_LAPLACIAN_SIMPLE,
+            SPH_E_ARGUMENT, "isph: Laplacian must be one of sph_isph_laplacian, got %d", (int)kind);
+  s->laplacian = kind;
+  return SPH_OK;
+}
+
+sph_status sph_isph_set_surface_threshold(sph_integrator *integrator, double threshold) {
+  SETTER(integrator);
+  SPH_CHECK(context, threshold >= 0 && threshold < integrator->particles->dim, SPH_E_ARGUMENT,
+            "isph: the threshold of the surface must be >= 0 and below %d, got %g",
+            integrator->particles->dim, threshold);
+  s->threshold = threshold;
+  return SPH_OK;
+}
+
+sph_status sph_isph_set_density_correction(sph_integrator *integrator, double theta) {
+  SETTER(integrator);
+  SPH_CHECK(context, theta >= 0 && theta <= 1, SPH_E_ARGUMENT,
+            "isph: the density correction must be 0 to 1, got %g", theta);
+  s->theta = theta;
+  return SPH_OK;
+}
+
+sph_status sph_isph_set_shifting(sph_integrator *integrator, double factor) {
+  SETTER(integrator);
+  SPH_CHECK(context, factor >= 0 && factor <= 10, SPH_E_ARGUMENT,
+            "isph: the factor of shifting must be 0 to 10, got %g", factor);
+  s->shifting = factor;
+  return SPH_OK;
+}
+
+sph_status sph_isph_get_solver(const sph_integrator *integrator, sph_solver **solver) {
+  SETTER(integrator);
+  SPH_CHECK(context, solver, SPH_E_ARGUMENT, "isph: solver is NULL");
+  *solver = s->solver;
+  return SPH_OK;
+}
+
+sph_status sph_isph_count_surface(const sph_integrator *integrator, int64_t *count) {
+  SETTER(integrator);
+  SPH_CHECK(context, count, SPH_E_ARGUMENT, "isph: count is NULL");
+  *count = s->surface_count;
+  return SPH_OK;
+}
+
+#define OF_CLOUD(flow, call)                              \
+  SPH_TRY(sphi_integrator_check_method((flow), &method)); \
+  return call
+
+sph_status sph_isph_set_reference_density(sph_integrator *integrator, double density) {
+  OF_CLOUD(integrator, sphi_cloud_set_reference_density(integrator, density));
+}
+
+sph_status sph_isph_set_gravity(sph_integrator *integrator, const double *gravity) {
+  OF_CLOUD(integrator, sphi_cloud_set_gravity(integrator, gravity));
+}
+
+sph_status sph_isph_set_body_force(sph_integrator *integrator, sph_body_force function,
+                                   void *user) {
+  OF_CLOUD(integrator, sphi_cloud_set_body_force(integrator, function, user));
+}
+
+sph_status sph_isph_set_periodic(sph_integrator *integrator, int axis, double lo, double hi) {
+  OF_CLOUD(integrator, sphi_cloud_set_periodic(integrator, axis, lo, hi));
+}
+
+sph_status sph_isph_set_domain(sph_integrator *integrator, const double *lo, const double *hi) {
+  OF_CLOUD(integrator, sphi_cloud_set_domain(integrator, lo, hi));
+}
+
+sph_status sph_isph_add_damping_zone(sph_integrator *integrator, int axis, double from, double to,
+                                     double rate) {
+  OF_CLOUD(integrator, sphi_cloud_add_damping_zone(integrator, axis, from, to, rate));
+}
+
+sph_status sph_isph_set_skin(sph_integrator *integrator, double skin) {
+  OF_CLOUD(integrator, sphi_cloud_set_skin(integrator, skin));
+}
+
+sph_status sph_isph_read_reaction(sph_integrator *integrator, int wall, double *force) {
+  OF_CLOUD(integrator, sphi_cloud_read_reaction(integrator, wall, force));
+}
+
+sph_status sph_isph_get_energy(const sph_integrator *integrator, sph_energy *out) {
+  SPH_TRY(sphi_integrator_check_method(integrator, &method));
+  SPH_CHECK(integrator->context, out, SPH_E_ARGUMENT, "isph: energy is NULL");
+  const sph_particles *particles = integrator->particles;
+  double **x = particles->field[SPHI_X].data, **v = particles->field[SPHI_V].data;
+  const double *m = particles->field[SPHI_M].data[0];
+  sph_energy sum = {0};
+  for (int32_t i = 0; i < particles->n; i++) {
+    double v2 = 0, gx = 0;
+    for (int d = 0; d < particles->dim; d++) {
+      v2 += v[d][i] * v[d][i];
+      gx += integrator->cloud.force.constant[d] * x[d][i];
+    }
+    sum.kinetic += 0.5 * m[i] * v2;
+    sum.potential -= m[i] * gx;
+  }
+  sum.total = sum.kinetic + sum.potential;
+  *out = sum;
+  return SPH_OK;
+}
+
+/* Courant number |u| dt / h: Lee et al. (2008), and any number at which particles do not overtake. */
+static double stable_courant(const sph_integrator *flow, sph_stepper stepper) {
+  (void)flow, (void)stepper;
+  return 0.5;
+}
+
+/* Sound has no say, and how fast the flow will be is not known. */
+static double stable_dt(const sph_integrator *flow, double courant) {
+  (void)flow, (void)courant;
+  return 0;
+}
+
+static const sphi_method method = {
+    .name = "isph",
+    .refresh = sphi_isph_refresh,
+    .limit = sphi_isph_limit,
+    .step = sphi_isph_step,
+    .courant = 0.25,
+    .stable_courant = stable_courant,
+    .stable_dt = stable_dt,
+    .destroy = destroy,
+    .pressure_gradient = sphi_cloud_pressure_gradient,
+    .surroundings = sphi_cloud_surroundings,
+    .energy = sph_isph_get_energy,
+    .reaction = sph_isph_read_reaction,
+};

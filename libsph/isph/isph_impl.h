@@ -1,0 +1,71 @@
+/* Incompressible SPH from the inside. */
+#ifndef SPHI_ISPH_IMPL_H
+#define SPHI_ISPH_IMPL_H
+
+#include <sph/isph.h>
+
+#include "integrator/integrator_impl.h"
+#include "isph/ops.h"
+
+/* Arrays of one of the variant's reals a particle, in storage order, with SPHI_PAD more. */
+enum {
+  ISPH_DIVERGENCE,
+  ISPH_FILLING,
+  ISPH_NORMAL,                   /* 3 */
+  ISPH_MOMENT = ISPH_NORMAL + 3, /* 6; its inverse once `prepare_rows` has run */
+  ISPH_SCALE = ISPH_MOMENT + 6,
+  ISPH_TILT,                 /* 3 */
+  ISPH_PUSH = ISPH_TILT + 3, /* 3: acceleration by a sum over pairs */
+  ISPH_TRACE = ISPH_PUSH + 3,
+  ISPH_ARRAYS
+};
+
+typedef struct isph {
+  double nu, courant, threshold, theta, shifting;
+  sph_isph_gradient gradient;
+  sph_isph_laplacian laplacian;
+  sph_solver *solver;
+  double filled; /* sum of V W over the lattice that particles were laid on */
+  void *array[ISPH_ARRAYS];
+  int64_t array_capacity[ISPH_ARRAYS];
+  double *between[SPHI_MAX_DIM]; /* [n] velocities before pressure acts */
+  int64_t between_capacity[SPHI_MAX_DIM];
+  uint8_t *surface; /* [n] 1: pressure 0 */
+  int64_t surface_capacity;
+  int64_t surface_count;
+  int64_t *place[2]; /* see op_laplacian */
+  int64_t place_capacity[2];
+  void *entry[2];
+  int64_t entry_capacity[2];
+  sphi_ghost_rows rows;
+  int64_t *row_start; /* the matrix */
+  int32_t *columns;
+  double *values, *right;
+  int64_t row_capacity, column_capacity, value_capacity, right_capacity;
+  int32_t *mark; /* [threads][n] scratch */
+  int64_t mark_capacity;
+} isph;
+
+static inline isph *isph_of(const sph_integrator *flow) { return flow->data; }
+
+static inline double isph_get(const sph_integrator *flow, int array, int64_t i) {
+  const void *at = isph_of(flow)->array[array];
+  return flow->variant->is_double ? ((const double *)at)[i] : (double)((const float *)at)[i];
+}
+
+static inline void isph_put(const sph_integrator *flow, int array, int64_t i, double value) {
+  void *at = isph_of(flow)->array[array];
+  if (flow->variant->is_double)
+    ((double *)at)[i] = value;
+  else
+    ((float *)at)[i] = (float)value;
+}
+
+sph_status sphi_isph_refresh(sph_integrator *flow);
+double sphi_isph_limit(const sph_integrator *flow, sph_limiter *limiter);
+sph_status sphi_isph_step(sph_integrator *flow, double dt);
+/* Finds the surface, makes the pressure equation for velocities whose divergence has been summed, and solves
+ * it for the particles' pressures and the ghosts', at time t. What does not converge leaves the best there is. */
+sph_status sphi_isph_solve(sph_integrator *flow, double t, double dt);
+
+#endif

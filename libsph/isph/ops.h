@@ -1,0 +1,28 @@
+/* Arguments of the operators of incompressible SPH. Arrays are in storage order; those that are `void *`
+ * have the reals of the variant, and room for SPHI_PAD more. */
+#ifndef SPHI_ISPH_OPS_H
+#define SPHI_ISPH_OPS_H
+
+#include "integrator/integrator_impl.h"
+
+/* op_projection */
+typedef struct sphi_projection_arguments {
+  void *divergence, *filling; /* [n] */
+  void *normal[3];            /* [n] N */
+  void *moment[6];            /* [n] M: xx yy xy | xx yy zz xy xz yz */
+} sphi_projection_arguments;
+
+/* op_laplacian */
+typedef struct sphi_laplacian_arguments {
+  const void *scale, *q[3]; /* [n] */
+  const int64_t *place[2];  /* [n] of the first particle of a cluster: where its entries start */
+  void *entry[2];           /* of fluid and of ghosts */
+} sphi_laplacian_arguments;
+
+/* op_viscosity */
+typedef struct sphi_viscosity_arguments {
+  void *acceleration[3]; /* [n] */
+  double nu;
+} sphi_viscosity_arguments;
+
+#endif
