@@ -106,6 +106,11 @@ void example_summary_flow(example_summary *summary, const example_flow *f, doubl
   example_summary_number(summary, "ghost_seconds", stats.seconds_boundary);
   example_summary_number(summary, "list_seconds", stats.seconds_sort + stats.seconds_search);
   example_summary_number(summary, "update_seconds", stats.seconds_update + stats.seconds_pack);
+  sph_solver *solver;
+  sph_solver_stats solved = {0};
+  if (sph_isph_get_solver(f->integrator, &solver) == SPH_OK)
+    OK(sph_solver_get_stats(solver, &solved));
+  example_summary_integer(summary, "solver_iterations", solved.total_iterations);
   example_summary_number(summary, "solver_seconds", stats.seconds_solver);
   example_summary_number(summary, "probe_seconds", stats.seconds_observers);
   example_summary_integer(summary, "threads", sph_context_get_threads(context));

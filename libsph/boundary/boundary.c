@@ -7,10 +7,6 @@
  * costs more than it gains. */
 enum { CURVE_BITS = 20, SERIAL = 2048 };
 
-/* Sum of W V, about 1/2 at the surface of the fluid: over how much of it ghosts lose their volume, where they
- * leave air alone. */
-static const double EMERGED = 0.2;
-
 /* In column widths: longest cluster of mirror points. */
 static const double CLUSTER_EXTENT = 2;
 
@@ -416,6 +412,7 @@ static sphi_wet_ghost new_wet(const sph_boundary *boundary, int64_t ghost) {
   return (sphi_wet_ghost){
       .ghost = (int32_t)ghost,
       .wall = (uint8_t)wall,
+      .immersed = 1,
       .reflects = boundary->points.vertex[ghost] || sphi_wall_no_slip(boundary->wall[wall]),
       .live = boundary->state[wall].turns || meets_others(boundary, ghost)};
 }
@@ -702,9 +699,7 @@ static inline __attribute__((always_inline)) void pack(const sph_boundary *bound
                                                        const bool is_double,
                                                        const sphi_frame *frame, int32_t k) {
   const sphi_wet_ghost *ghost = &boundary->wet[k];
-  const double emerged = 0.5 + (boundary->mirrors.work.gamma[k] - 0.5) / EMERGED;
-  const double share = boundary->leaves_air ? fmin(fmax(emerged, 0), 1) : 1;
-  const double volume = ghost->rung ? share * ghost->volume : 0;
+  const double volume = ghost->rung ? ghost->immersed * ghost->volume : 0;
   const int64_t at = (int64_t)k * SPHI_GHOST(dim);
   for (int d = 0; d < dim && boundary->moved; d++)
     put_place(boundary->record, is_double, frame, d, at + d, boundary->x[d][ghost->ghost]);

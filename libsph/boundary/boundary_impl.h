@@ -24,6 +24,8 @@ typedef struct sphi_wet_ghost {
   uint8_t rung;
   bool live;     /* what follows changes as walls move, other than by a displacement */
   int8_t second; /* a wall that the mirror point was in, and is mirrored by once more; or -1 */
+  double
+      immersed; /* share of the volume whose mirror image is in the fluid; 1 for methods without rows */
   double volume, area;
   double to_ghost[SPHI_MAX_DIM], to_foot[SPHI_MAX_DIM]; /* from the mirror point */
   double normal[SPHI_MAX_DIM];
@@ -130,7 +132,8 @@ typedef struct sphi_ghost_rows {
 
 void sphi_ghost_rows_free(sph_context *context, sphi_ghost_rows *rows);
 /* Rows for the fluid at x with these volumes, walls as they are at time t: weights of the kernel, exact for
- * linear pressures if the interpolator is of a kind that is, or for those in fluid at rest. */
+ * linear pressures if the interpolator is of a kind that is, or for those in fluid at rest. Ghosts whose mirror
+ * points are not in the fluid lose their volume at the next update. */
 sph_status sphi_boundary_rows(sph_boundary *boundary, const sphi_frame *frame, double *const *x,
                               const double *volume, const sphi_body_force *force, double t,
                               double rho0, sphi_ghost_rows *rows);

@@ -1,6 +1,9 @@
 /* Ghost pressures as sums over those of the fluid, for methods that solve for pressures. */
 #include "boundary/boundary_impl.h"
 
+/* In spacings, how far from the nearest particle a mirror point is that is in the fluid, and one that is not. */
+static const double INSIDE = 0.7, OUTSIDE = 0.95;
+
 /* Weights of W V at the neighbours of a mirror point, made exact for linear fields if that is well posed: with
  * one-sided support weights grow, and then stay as they are. */
 static bool make_linear(const int dim, int32_t count, const double *away, double h,
@@ -41,16 +44,16 @@ static bool make_linear(const int dim, int32_t count, const double *away, double
 }
 
 /* The row of wet ghost k, whose mirror point has `count` sources listed. */
-static void make_row(const sph_boundary *boundary, const int dim, const sphi_frame *frame,
+static void make_row(sph_boundary *boundary, const int dim, const sphi_frame *frame,
                      double *const *x, const double *volume, const sphi_body_force *force, double t,
                      double rho0, int32_t k, const uint32_t *source, int32_t count,
                      sphi_ghost_rows *rows) {
   const sph_kernel *kernel = boundary->interpolator->kernel;
-  const sphi_wet_ghost *ghost = &boundary->wet[k];
+  sphi_wet_ghost *ghost = &boundary->wet[k];
   int32_t *column = rows->column + rows->first[k];
   double *weight = rows->weight + rows->first[k],
          *away = rows->away + rows->first[k] * SPHI_MAX_DIM;
-  double gamma = 0, moment[SPHI_MAX_DIM] = {0}, push[SPHI_MAX_DIM];
+  double gamma = 0, nearest2 = HUGE_VAL, moment[SPHI_MAX_DIM] = {0}, push[SPHI_MAX_DIM];
   int32_t kept = 0;
   rows->count[k] = 0;
   rows->at_ghost[k] = rows->at_foot[k] = 0;
@@ -63,11 +66,14 @@ static void make_row(const sph_boundary *boundary, const int dim, const sphi_fra
       r2 += dx * dx;
     }
     if (r2 >= kernel->support * kernel->support) continue;
+    nearest2 = fmin(nearest2, r2);
     column[kept] = j;
     weight[kept] = volume[j] * sph_kernel_w(kernel, sqrt(r2));
     gamma += weight[kept++];
   }
-  if (ghost->rung == 0 || !(gamma > boundary->thin)) return;
+  const double nearest = sqrt(nearest2) / boundary->spacing;
+  ghost->immersed = fmin(fmax((OUTSIDE - nearest) / (OUTSIDE - INSIDE), 0), 1);
+  if (ghost->immersed == 0 || !(gamma > boundary->thin)) return;
   const sph_interpolator_type type = boundary->interpolator->type;
   const bool linear = type == SPH_INTERPOLATOR_MLS_LINEAR ||
                       type == SPH_INTERPOLATOR_MLS_QUADRATIC || type == SPH_INTERPOLATOR_SFDI;

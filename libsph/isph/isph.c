@@ -25,7 +25,6 @@ static void destroy(sph_integrator *flow) {
   sphi_free(context, s->right);
   sphi_free(context, s->mark);
   sph_solver_destroy(&s->solver);
-  if (flow->cloud.boundary) flow->cloud.boundary->leaves_air = false;
   sphi_free(context, s);
   flow->data = NULL;
 }
@@ -50,17 +49,18 @@ sph_status sph_isph_create(sph_context *context, sph_kernel *kernel, sph_particl
     return SPHI_ERROR(context, SPH_E_MEMORY, "isph: no memory");
   }
   (*out)->data = s;
-  const sph_status status = sph_solver_create(context, SPH_SOLVER_BICGSTAB, &s->solver);
+  sph_status status = sph_solver_create(context, SPH_SOLVER_BICGSTAB, &s->solver);
+  if (status == SPH_OK)
+    status = sph_solver_set_tolerance(s->solver, getenv("TOL") ? atof(getenv("TOL")) : 1e-8, 0);
   if (status != SPH_OK) {
     sph_integrator_destroy(out);
     return status;
   }
-  if (boundary) boundary->leaves_air = true;
   s->filled = lattice_filling(kernel, particles->spacing);
-  s->threshold = particles->dim == 2 ? 1.5 : 2.4;
+  s->threshold = particles->dim == 2 ? 1.75 : 2.7;
   s->gradient = SPH_ISPH_GRADIENT_CORRECTED;
   s->laplacian = SPH_ISPH_LAPLACIAN_CORRECTED;
-  s->theta = 0.01;
+  s->theta = 0.02;
   s->shifting = 2;
   return SPH_OK;
 }

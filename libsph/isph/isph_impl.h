@@ -65,7 +65,7 @@ sph_status sphi_isph_refresh(sph_integrator *flow);
 double sphi_isph_limit(const sph_integrator *flow, sph_limiter *limiter);
 sph_status sphi_isph_step(sph_integrator *flow, double dt);
 /* Finds the surface, makes the pressure equation for velocities whose divergence has been summed, and solves
- * it for the particles' pressures and the ghosts', at time t. What does not converge leaves the best there is. */
-sph_status sphi_isph_solve(sph_integrator *flow, double t, double dt);
+ * it for the particles' pressures and the ghosts'. What does not converge leaves the best there is. */
+sph_status sphi_isph_solve(sph_integrator *flow, double dt);
 
 #endif

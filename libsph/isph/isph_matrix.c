@@ -4,6 +4,8 @@
 /* One-sided support makes scales of the Laplacian that mean nothing; tilts stay within what keeps entries
  * positive; a particle whose divergence of positions is that much of the full one has neighbours all round. */
 static const double SCALE_MAX = 3, TILT_MAX = 0.9, FULL = 0.97;
+/* In spacings, how far a particle looks for what covers it. */
+static const double COVER = 2;
 
 /* Inverse of the symmetric M, {xx yy xy} or {xx yy zz xy xz yz}, in place; false if it is not positive. */
 static bool invert(int dim, double *m) {
@@ -25,24 +27,80 @@ static bool invert(int dim, double *m) {
   return true;
 }
 
-/* Surface flags by the divergence of positions, and what the entries of each row need. */
+/* Whether something `away` from a particle is above it, within 45 degrees of the outward normal. */
+static inline bool covers(int dim, const double *away, const double *normal, double size2,
+                          double reach2) {
+  double r2 = 0, up = 0;
+  for (int d = 0; d < dim; d++) {
+    r2 += away[d] * away[d];
+    up += away[d] * normal[d];
+  }
+  return r2 > 0 && r2 < reach2 && up > 0 && 2 * up * up > r2 * size2;
+}
+
+/* What is covered by fluid or wall is not at the surface, however few neighbours it has. */
+static bool is_covered(const sph_integrator *flow, int32_t cluster, int32_t i) {
+  const int dim = flow->particles->dim;
+  const sphi_frame *frame = &flow->frame;
+  const double reach2 = pow(COVER * flow->particles->spacing, 2);
+  double normal[SPHI_MAX_DIM], at[SPHI_MAX_DIM], away[SPHI_MAX_DIM], size2 = 0;
+  double *const *x = flow->particles->field[SPHI_X].data;
+  for (int d = 0; d < dim; d++) {
+    at[d] = x[d][i];
+    normal[d] = -isph_get(flow, ISPH_NORMAL + d, i);
+    size2 += normal[d] * normal[d];
+  }
+  const sphi_list_entry *near = &flow->list.entry[cluster];
+  const uint32_t *source = flow->list.part[near->part].source + near->offset;
+  for (int32_t k = 0; k < near->near; k++) {
+    for (int d = 0; d < dim; d++) away[d] = sphi_frame_difference(frame, d, x[d][source[k]], at[d]);
+    if (covers(dim, away, normal, size2, reach2)) return true;
+  }
+  const sph_boundary *boundary = flow->cloud.boundary;
+  if (!boundary) return false;
+  near = &flow->cloud.ghost_list.entry[cluster];
+  source = flow->cloud.ghost_list.part[near->part].source + near->offset;
+  for (int32_t k = 0; k < near->near; k++) {
+    const sphi_wet_ghost *ghost = &boundary->wet[source[k]];
+    if (ghost->immersed < 1 || ghost->volume == 0) continue;
+    for (int d = 0; d < dim; d++)
+      away[d] = sphi_frame_difference(frame, d, boundary->x[d][ghost->ghost], at[d]);
+    if (covers(dim, away, normal, size2, reach2)) return true;
+  }
+  return false;
+}
+
+/* Particles with few neighbours that nothing covers are the surface, and those with next to none. */
+static void find_surface(sph_integrator *flow) {
+  isph *s = isph_of(flow);
+  int64_t surface = 0;
+#pragma omp parallel for num_threads(flow->context->threads) schedule(dynamic, 16) reduction(+ : surface)
+  for (int32_t c = 0; c < flow->clusters.n; c++)
+    for (int32_t l = 0; l < flow->clusters.count[c]; l++) {
+      const int32_t i = flow->clusters.first[c] + l;
+      double trace = 0;
+      for (int d = 0; d < flow->particles->dim; d++) trace += isph_get(flow, ISPH_MOMENT + d, i);
+      isph_put(flow, ISPH_TRACE, i, trace);
+      s->surface[i] =
+          trace < s->threshold && (trace < 0.5 * s->threshold || !is_covered(flow, c, i));
+      surface += s->surface[i];
+    }
+  s->surface_count = surface;
+}
+
+/* What the entries of each row need. */
 static void prepare_rows(sph_integrator *flow) {
   isph *s = isph_of(flow);
   const int dim = flow->particles->dim, terms = dim == 2 ? 3 : 6;
   const int32_t n = flow->particles->n;
   const double reach = flow->kernel->support;
-  int64_t surface = 0;
-#pragma omp parallel for num_threads(flow->context->threads) \
-    schedule(static) if (n > 1024) reduction(+ : surface)
+#pragma omp parallel for num_threads(flow->context->threads) schedule(static) if (n > 1024)
   for (int32_t i = 0; i < n; i++) {
-    double m[6], trace = 0, normal[SPHI_MAX_DIM], tilt[SPHI_MAX_DIM] = {0}, size2 = 0, scale = 0;
+    double m[6], normal[SPHI_MAX_DIM], tilt[SPHI_MAX_DIM] = {0}, size2 = 0, scale = 0;
     for (int k = 0; k < terms; k++) m[k] = isph_get(flow, ISPH_MOMENT + k, i);
     for (int d = 0; d < dim; d++) {
-      trace += m[d];
       normal[d] = isph_get(flow, ISPH_NORMAL + d, i);
     }
-    s->surface[i] = trace < s->threshold;
-    surface += s->surface[i];
     const bool regular = invert(dim, m);
     for (int d = 0; d < dim; d++) scale += m[d] / dim;
     if (!regular || scale > SCALE_MAX) { /* no correction */
@@ -63,10 +121,7 @@ static void prepare_rows(sph_integrator *flow) {
     for (int k = 0; k < terms; k++) isph_put(flow, ISPH_MOMENT + k, i, m[k]);
     isph_put(flow, ISPH_SCALE, i, scale);
     for (int d = 0; d < dim; d++) isph_put(flow, ISPH_TILT + d, i, tilt[d]);
-    /* The divergence of positions is wanted once more. */
-    isph_put(flow, ISPH_TRACE, i, trace);
   }
-  s->surface_count = surface;
 }
 
 /* Where clusters leave their entries, and the entries. */
@@ -248,7 +303,11 @@ static void add_sources(sph_integrator *flow, double dt) {
     if (s->surface[i]) continue;
     double drift = 1 - isph_get(flow, ISPH_FILLING, i) / s->filled;
     if (drift > 0 && isph_get(flow, ISPH_TRACE, i) < FULL * flow->particles->dim) drift = 0;
-    const double source = isph_get(flow, ISPH_DIVERGENCE, i) + s->theta * drift / dt;
+    double speed2 = 0;
+    for (int d = 0; d < flow->particles->dim; d++)
+      speed2 += pow(flow->particles->field[SPHI_V].data[d][i], 2);
+    const double source =
+        isph_get(flow, ISPH_DIVERGENCE, i) + s->theta * drift * sqrt(speed2) / flow->kernel->h;
     s->right[i] -= rho0 / dt * source;
   }
 }
@@ -268,18 +327,14 @@ static sph_status reserve(sph_integrator *flow) {
   return SPH_OK;
 }
 
-static sph_status make_matrix(sph_integrator *flow, double t, double dt) {
+static sph_status make_matrix(sph_integrator *flow, double dt) {
   isph *s = isph_of(flow);
   sph_context *context = flow->context;
   const int32_t n = flow->particles->n;
-  const sphi_field *field = flow->particles->field;
   SPH_TRY(reserve(flow));
+  find_surface(flow);
   prepare_rows(flow);
   SPH_TRY(make_entries(flow));
-  if (flow->cloud.boundary)
-    SPH_TRY(sphi_boundary_rows(flow->cloud.boundary, &flow->frame, field[SPHI_X].data,
-                               field[SPHI_VOL].data[0], &flow->cloud.force, t, flow->cloud.rho0,
-                               &s->rows));
   memset(s->mark, 0, (size_t)n * (size_t)context->threads * sizeof *s->mark);
   make_rows(flow, false);
   s->row_start[0] = 0;
@@ -297,12 +352,12 @@ static sph_status make_matrix(sph_integrator *flow, double t, double dt) {
   return SPH_OK;
 }
 
-sph_status sphi_isph_solve(sph_integrator *flow, double t, double dt) {
+sph_status sphi_isph_solve(sph_integrator *flow, double dt) {
   isph *s = isph_of(flow);
   const double begin = sphi_seconds(), pairs = flow->stats.seconds_pairs;
   const int32_t n = flow->particles->n;
   double *p = flow->particles->field[SPHI_P].data[0];
-  SPH_TRY(make_matrix(flow, t, dt));
+  SPH_TRY(make_matrix(flow, dt));
   const sph_matrix matrix = {
       .n = n, .row_start = s->row_start, .columns = s->columns, .values = s->values};
   SPH_TRY(sph_solver_set_null_space(s->solver, s->surface_count == 0));

@@ -6,6 +6,10 @@
  * positions, where shifting does not go across the surface any more. */
 static const double SHIFT_MAX = 0.1, NEAR_SURFACE = 0.95;
 
+/* Time steps over sqrt(h / g): forces on walls are noisy from three times this on. What particles suffer in
+ * impacts is no limit, since pressures would grow with shorter steps. */
+static const double FALL = 0.07;
+
 static double **field(const sph_integrator *flow, int number) {
   return flow->particles->field[number].data;
 }
@@ -80,18 +84,31 @@ static sph_status predict(sph_integrator *flow, double t, double dt) {
   return SPH_OK;
 }
 
+/* How the ghosts' pressures follow from the fluid's where it is now. */
+static sph_status find_rows(sph_integrator *flow, double t) {
+  sph_boundary *boundary = flow->cloud.boundary;
+  const double begin = sphi_seconds();
+  if (!boundary) return SPH_OK;
+  if (sphi_boundary_moves(boundary)) SPH_TRY(sphi_boundary_move(boundary, t));
+  SPH_TRY(sphi_boundary_rows(boundary, &flow->frame, field(flow, SPHI_X), field(flow, SPHI_VOL)[0],
+                             &flow->cloud.force, t, flow->cloud.rho0, &isph_of(flow)->rows));
+  flow->stats.seconds_boundary += sphi_seconds() - begin;
+  return SPH_OK;
+}
+
 /* The pressure for the positions in the records, and what it does to velocities. */
 static sph_status project(sph_integrator *flow, double t, double dt) {
   isph *s = isph_of(flow);
   const int dim = flow->particles->dim;
   pack(flow, s->between);
+  SPH_TRY(find_rows(flow, t));
   SPH_TRY(sphi_cloud_update_ghosts(flow, t, dt));
   sphi_projection_arguments a = {.divergence = s->array[ISPH_DIVERGENCE],
                                  .filling = s->array[ISPH_FILLING]};
   for (int d = 0; d < dim; d++) a.normal[d] = s->array[ISPH_NORMAL + d];
   for (int k = 0; k < (dim == 2 ? 3 : 6); k++) a.moment[k] = s->array[ISPH_MOMENT + k];
   sphi_cloud_sweep(flow, SPHI_OPERATOR_projection, &a);
-  return sphi_isph_solve(flow, t, dt);
+  return sphi_isph_solve(flow, dt);
 }
 
 /* Acceleration by the pressures: -grad p / rho0. */
@@ -193,7 +210,7 @@ sph_status sphi_isph_step(sph_integrator *flow, double dt) {
       speed2 += now * now;
       push2 += a[d][i] * a[d][i];
     }
-    shift(flow, i, sqrt(speed2), dt, by);
+    shift(flow, i, flow->stats.max_speed, dt, by);
     bool fine = push2 < HUGE_VAL && speed2 * dt * dt <= pow(flow->particles->spacing, 2);
     for (int d = 0; d < dim; d++) {
       x[d][i] += by[d];
@@ -214,13 +231,15 @@ sph_status sphi_isph_step(sph_integrator *flow, double dt) {
 
 double sphi_isph_limit(const sph_integrator *flow, sph_limiter *limiter) {
   const isph *s = isph_of(flow);
-  const double h = flow->kernel->h, push = flow->stats.max_acceleration;
+  const double h = flow->kernel->h, *g = flow->cloud.force.constant;
   const double speed = fmax(flow->stats.max_speed, sphi_cloud_wall_speed(flow));
+  const double push =
+      fmax(flow->stats.max_acceleration, sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]));
   double dt = HUGE_VAL;
   *limiter = SPH_LIMITER_VELOCITY;
   if (speed > 0) dt = sphi_integrator_courant(flow) * h / speed;
-  if (push > 0 && 0.25 * sqrt(h / push) < dt) {
-    dt = 0.25 * sqrt(h / push);
+  if (push > 0 && FALL * sqrt(h / push) < dt) {
+    dt = FALL * sqrt(h / push);
     *limiter = SPH_LIMITER_ACCELERATION;
   }
   if (s->nu > 0 && 0.125 * h * h / s->nu < dt) {
