@@ -1,7 +1,7 @@
 # libsph: GNU make 4.0 or newer. `make help` lists the targets.
 #
 # Options (make NAME=value, or keep them with `make configure NAME=value ...`):
-#   GSL=1 OPENMP=1 DEBUG=0 WERROR=0 SAN= CC= CXX= OPT= BUILD= PREFIX= DESTDIR= V=0
+#   GSL=1 PETSC=0 OPENMP=1 DEBUG=0 WERROR=0 SAN= CC= CXX= OPT= BUILD= PREFIX= DESTDIR= V=0
 
 MAKEFLAGS += --no-builtin-rules
 .SUFFIXES:
@@ -9,7 +9,7 @@ MAKEFLAGS += --no-builtin-rules
 .DEFAULT_GOAL := all
 
 # ------------------------------------------------------------------------------------- options
-CONFIG_VARIABLES := CC CXX AR NM OPT OP_OPT CFLAGS CPPFLAGS LDFLAGS GSL OPENMP DEBUG SAN WERROR \
+CONFIG_VARIABLES := CC CXX AR NM OPT OP_OPT CFLAGS CPPFLAGS LDFLAGS GSL PETSC OPENMP DEBUG SAN WERROR \
   BUILD PREFIX prefix includedir libdir datadir PKG_CONFIG CLANG_FORMAT CLANG_TIDY DOXYGEN
 -include config.mk
 # What the command line or config.mk set: this is what `make configure` keeps.
@@ -31,6 +31,7 @@ CLANG_TIDY ?= clang-tidy
 DOXYGEN ?= doxygen
 
 GSL ?= 1
+PETSC ?= 0
 OPENMP ?= 1
 DEBUG ?= 0
 SAN ?=
@@ -83,10 +84,19 @@ ifeq ($(GSL),1)
   GSL_LIBS := $(if $(GSL_FOUND),$(shell $(PKG_CONFIG) --libs gsl))
 endif
 
+# Its headers are seen by one file alone, and not warned about.
+ifeq ($(PETSC),1)
+  PETSC_FOUND := $(firstword $(foreach p,PETSc petsc,$(if $(shell $(PKG_CONFIG) --modversion $p 2>/dev/null),$p)))
+  PETSC_MPI := $(firstword $(foreach p,mpi-c ompi mpich mpi,$(if $(shell $(PKG_CONFIG) --modversion $p 2>/dev/null),$p)))
+  PETSC_CPPFLAGS := -DSPHI_PETSC=1 $(if $(PETSC_FOUND),$(patsubst -I%,-isystem %,$(filter -I% -D%,$(filter-out \
+    -D_FORTIFY_SOURCE%,$(shell $(PKG_CONFIG) --cflags $(PETSC_FOUND) $(PETSC_MPI))))))
+  PETSC_LIBS := $(if $(PETSC_FOUND),$(shell $(PKG_CONFIG) --libs $(PETSC_FOUND) $(PETSC_MPI)))
+endif
+
 COMMON_FLAGS = -std=c11 $(WARNINGS) $(OPENMP_FLAGS) $(SAN_FLAGS)
 LIB_CPPFLAGS = -Iinclude -Ilibsph $(GSL_CPPFLAGS) $(if $(X86_64),,-DSPHI_NO_X86_VARIANTS)
 LIB_CFLAGS = $(COMMON_FLAGS) -fPIC -fvisibility=hidden -MMD -MP
-LIBS = $(GSL_LIBS) -lm
+LIBS = $(GSL_LIBS) $(PETSC_LIBS) -lm
 
 # ------------------------------------------------------------------------------------ variants
 # Files libsph/*/op_*.c hold pair loops. Each is compiled once per variant; sweep/vreal.h turns the
@@ -146,16 +156,21 @@ lib: $(LIB_STATIC) $(BUILD)/libsph.so ## build the static and the shared library
 
 # Rewritten only when a command line would change; everything compiled depends on it.
 FLAGS_TEXT = $(CC) $(TARGET) $(COMMON_FLAGS) $(OPT) $(LIB_CPPFLAGS) $(CPPFLAGS) $(CFLAGS) $(LDFLAGS) \
-  $(LIBS) $(foreach v,$(VARIANTS),$(call variant_flags,$v)) $(VERSION)
+  $(PETSC_CPPFLAGS) $(LIBS) $(foreach v,$(VARIANTS),$(call variant_flags,$v)) $(VERSION)
 $(BUILD)/flags: force
 	@mkdir -p $(@D)
 	@printf '%s\n' '$(subst ','\'',$(strip $(FLAGS_TEXT)))' >$@.new
-	@if cmp -s $@.new $@; then rm $@.new; else $(require_gsl) mv $@.new $@; fi
+	@if cmp -s $@.new $@; then rm $@.new; else $(require_gsl) $(require_petsc) mv $@.new $@; fi
 .PHONY: force
 force:
 
 ifeq ($(GSL)$(GSL_FOUND),1)
   require_gsl = echo "GSL not found by '$(PKG_CONFIG) gsl': install libgsl-dev and pkg-config, or use GSL=0" >&2; \
+    rm $@.new; exit 1;
+endif
+
+ifeq ($(PETSC)$(PETSC_FOUND),1)
+  require_petsc = echo "PETSc not found by '$(PKG_CONFIG) PETSc': install petsc-dev and pkg-config, or use PETSC=0" >&2; \
     rm $@.new; exit 1;
 endif
 
@@ -168,6 +183,7 @@ $(BUILD)/sources: force
 BUILD_FACTS = -DSPHI_BUILD_OPT='"$(strip $(OPT))"' -DSPHI_BUILD_OP_OPT='"$(strip $(OP_OPT) $(RELAXED))"' \
   -DSPHI_BUILD_VARIANTS='"$(strip $(VARIANTS))"' -DSPHI_BUILD_SAN='"$(or $(SAN),no)"'
 $(BUILD)/obj/core/build.o: FACTS = $(BUILD_FACTS)
+$(BUILD)/obj/solver/petsc.o: FACTS = $(PETSC_CPPFLAGS)
 
 $(BUILD)/obj/%.o: libsph/%.c $(BUILD)/flags
 	@mkdir -p $(@D)
@@ -211,7 +227,7 @@ $(BUILD)/tests/%: tests/%.c $(LIB_STATIC) $(BUILD)/flags
 
 .PHONY: check
 check: ## install what is missing, build, run every test; search=t3 runs some
-	@CC='$(CC)' tests/tools/need.sh cc pkg-config cunit $(if $(filter 1,$(GSL)),gsl)
+	@CC='$(CC)' tests/tools/need.sh cc pkg-config cunit $(if $(filter 1,$(GSL)),gsl) $(if $(filter 1,$(PETSC)),petsc)
 	@$(MAKE) --no-print-directory $(parallel) check-run
 
 .PHONY: check-run
@@ -239,7 +255,7 @@ $(BUILD)/examples/%: examples/%.c $(EXAMPLE_COMMON) $(LIB_STATIC) $(BUILD)/flags
 # ------------------------------------------------------------------- demonstration, speed, validation
 .PHONY: demo
 demo: ## install what is missing, run the examples, leave plots and tables in build/demo
-	@CC='$(CC)' tests/tools/need.sh cc pkg-config $(if $(filter 1,$(GSL)),gsl) gnuplot
+	@CC='$(CC)' tests/tools/need.sh cc pkg-config $(if $(filter 1,$(GSL)),gsl) $(if $(filter 1,$(PETSC)),petsc) gnuplot
 	@$(MAKE) --no-print-directory $(parallel) demo-run
 
 .PHONY: demo-run
@@ -282,6 +298,14 @@ $(BUILD)/bench/obj/%.o: tests/bench/%.c $(BUILD)/flags
 
 $(BUILD)/bench/bench: $(BENCH_OBJECTS) $(LIB_STATIC)
 	$(call say,BENCH)$(CC) $(PROGRAM_CFLAGS) $(CFLAGS) -o $@ $(BENCH_OBJECTS) $(LDFLAGS) $(LIB_STATIC) $(LIBS)
+
+.PHONY: bench-solver
+bench-solver: $(BUILD)/bench/solver ## measure the linear solvers; the tables of docs/solver.md (BENCH=--quick)
+	OMP_WAIT_POLICY=$${OMP_WAIT_POLICY:-passive} $< $(BENCH)
+
+$(BUILD)/bench/solver: tests/bench/solver/solver.c $(LIB_STATIC) $(BUILD)/flags
+	@mkdir -p $(@D)
+	$(call say,BENCH)$(CC) $(PROGRAM_CFLAGS) $(CPPFLAGS) $(CFLAGS) -o $@ $< $(LDFLAGS) $(LIB_STATIC) $(LIBS)
 
 # -------------------------------------------------------------------------------- rules of the house
 HEADER_WARNINGS := -Wall -Wextra -Wpedantic -Werror -Iinclude -fsyntax-only
@@ -351,7 +375,7 @@ SUBSTITUTE = sed -e 's|@VERSION@|$(VERSION)|g' -e 's|@SOVERSION@|$(SOVERSION)|g'
   -e 's|@VERSION_MAJOR@|$(VERSION_MAJOR)|g' -e 's|@VERSION_MINOR@|$(VERSION_MINOR)|g' \
   -e 's|@prefix@|$(prefix)|g' -e 's|@libdir@|$(call below_prefix,$(libdir))|g' \
   -e 's|@includedir@|$(call below_prefix,$(includedir))|g' -e 's|@up@|$(UP_FROM_CMAKE_DIR)|g' \
-  -e 's|@requires@|$(if $(filter 1,$(GSL)),gsl)|g' -e 's|@openmp@|$(OPENMP_FLAGS)|g' \
+  -e 's|@requires@|$(strip $(if $(filter 1,$(GSL)),gsl) $(PETSC_FOUND) $(PETSC_MPI))|g' -e 's|@openmp@|$(OPENMP_FLAGS)|g' \
   -e 's|@static_libs@|$(subst $(space),;,$(strip $(LIBS) $(OPENMP_FLAGS)))|g'
 EXAMPLE_FILES = $(sort $(wildcard examples/*.c examples/*/*.[ch]))
 
@@ -404,6 +428,7 @@ info: ## show the version, the options and what was found
 	$(call print,OP_OPT,$(OP_OPT) $(RELAXED))
 	$(call print,variants,$(VARIANTS))
 	$(call print,GSL,$(if $(filter 1,$(GSL)),1 ($(if $(GSL_FOUND),found $(GSL_FOUND),not found by $(PKG_CONFIG): install libgsl-dev or use GSL=0)),0 (not used)))
+	$(call print,PETSC,$(if $(filter 1,$(PETSC)),1 ($(if $(PETSC_FOUND),found $(PETSC_FOUND),not found by $(PKG_CONFIG): install petsc-dev or use PETSC=0)),0 (not used)))
 	$(call print,OPENMP,$(OPENMP))
 	$(call print,DEBUG,$(DEBUG))
 	$(call print,SAN,$(or $(SAN),none))
@@ -419,7 +444,7 @@ print-%: ## show one variable of this file: make print-OBJECTS
 help: ## show this list
 	@echo "targets of libsph $(VERSION):"
 	@awk -F':.*## ' '/^[a-z%._-]+:.*## /{printf "  %-21s %s\n", $$1, $$2}' Makefile
-	@echo "options: GSL=1 OPENMP=1 DEBUG=0 WERROR=0 V=0 SAN=address,undefined CC=clang OPT=-O3 BUILD=dir"
+	@echo "options: GSL=1 PETSC=0 OPENMP=1 DEBUG=0 WERROR=0 V=0 SAN=address,undefined CC=clang OPT=-O3 BUILD=dir"
 	@echo "         PREFIX=/usr/local DESTDIR=; 'make configure NAME=value ...' keeps them in config.mk"
 
 .PHONY: clean
@@ -430,4 +455,5 @@ clean: ## remove the build folders
 distclean: clean ## remove also config.mk and compile_commands.json
 	rm -f config.mk compile_commands.json
 
--include $(OBJECTS:.o=.d) $(TESTS:=.d) $(TESTS_SHARED:=.d) $(EXAMPLES:=.d) $(EXAMPLE_COMMON:.o=.d) $(BENCH_OBJECTS:.o=.d) $(BUILD)/interpolators/interpolators.d
+-include $(OBJECTS:.o=.d) $(TESTS:=.d) $(TESTS_SHARED:=.d) $(EXAMPLES:=.d) $(EXAMPLE_COMMON:.o=.d) $(BENCH_OBJECTS:.o=.d) $(BUILD)/interpolators/interpolators.d \
+  $(BUILD)/bench/solver.d

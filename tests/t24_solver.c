@@ -328,8 +328,8 @@ static void null_space_is_projected(void) {
 
 /* The same bits with one and more threads, blocks or not. */
 static void threads_agree(void) {
-  sparse s = sparse_water(2, 160, 80, 1, 0.2, 6), jump = sparse_jump(110, 110, 1000);
-  const int threads[] = {1, 2, 5};
+  sparse s = sparse_water(2, 100, 50, 1, 0.2, 6), jump = sparse_jump(70, 70, 1000);
+  const int threads[] = {1, 2, 3};
   for (int p = 1; p <= sph_preconditioner_count(); p++)
     for (int kind = SPH_SOLVER_BICGSTAB; kind <= SPH_SOLVER_CG; kind++)
       for (int null_space = 0; null_space < 2; null_space++) {
@@ -343,7 +343,7 @@ static void threads_agree(void) {
             SPH_TEST_OK(context, sph_context_set_threads(context, 1));
           sph_solver *solver = solver_of((sph_solver_kind)kind, (sph_preconditioner)p);
           SPH_TEST_OK(context, sph_solver_set_null_space(solver, null_space != 0));
-          SPH_TEST_OK(context, sph_solver_set_limit(solver, 20));
+          SPH_TEST_OK(context, sph_solver_set_limit(solver, 6));
           const sph_status status = sph_solver_solve(solver, &matrix, system->b, x[t]);
           CU_ASSERT(status == SPH_OK || status == SPH_E_NOT_CONVERGED);
           sph_solver_destroy(&solver);
@@ -354,6 +354,41 @@ static void threads_agree(void) {
       }
   SPH_TEST_OK(context, sph_context_set_threads(context, 1));
   sparse_free(&s), sparse_free(&jump);
+}
+
+/* PETSc, where the library has it, solves the same systems; where not, it says so. */
+static void petsc_solves(void) {
+  sparse systems[] = {sparse_water(2, 60, 30, 1, 0.2, 5), sparse_jump(40, 40, 1000)};
+  sph_solver *solver = NULL;
+  const sph_status status = sph_solver_create(context, SPH_SOLVER_PETSC, &solver);
+  if (status == SPH_OK) sph_solver_destroy(&solver);
+  if (status != SPH_OK)
+    SPH_TEST_STATUS(context, sph_solver_create(context, SPH_SOLVER_PETSC, &solver),
+                    SPH_E_UNAVAILABLE, "PETSC=1");
+  for (int p = 1; p <= sph_preconditioner_count() && status == SPH_OK; p++)
+    for (int c = 0; c < 2; c++) {
+      if (c == 1 && p == SPH_PRECONDITIONER_NONE) continue; /* thousands of iterations */
+      const sparse *s = &systems[c];
+      const sph_matrix matrix = matrix_of(s);
+      double *x = zeros(s->n);
+      solver = solver_of(SPH_SOLVER_PETSC, (sph_preconditioner)p);
+      SPH_TEST_OK(context, sph_solver_set_tolerance(solver, 1e-8, 0));
+      SPH_TEST_OK(context, sph_solver_set_reuse(solver, 1));
+      for (int n = 1; n <= 4; n++) {
+        memset(x, 0, (size_t)s->n * sizeof *x);
+        SPH_TEST_OK(context, sph_solver_solve(solver, &matrix, s->b, x));
+        SPH_TEST_BELOW(true_residual(s, x), 1.0001e-8 * norm(s->n, s->b));
+        CU_ASSERT(stats_of(solver).iterations > 0 && stats_of(solver).setups == (n + 1) / 2);
+      }
+      SPH_TEST_OK(context, sph_solver_set_limit(solver, 1));
+      memset(x, 0, (size_t)s->n * sizeof *x);
+      SPH_TEST_STATUS(context, sph_solver_solve(solver, &matrix, s->b, x), SPH_E_NOT_CONVERGED,
+                      "1 of at most 1 iterations");
+      SPH_TEST_BELOW(true_residual(s, x), 1.0000001 * norm(s->n, s->b));
+      free(x);
+      sph_solver_destroy(&solver);
+    }
+  sparse_free(&systems[0]), sparse_free(&systems[1]);
 }
 
 SPH_TEST_MAIN("solver", {"context opens", context_opens},
@@ -367,4 +402,5 @@ SPH_TEST_MAIN("solver", {"context opens", context_opens},
               {"preconditioners are kept as long as asked for", preconditioners_are_kept},
               {"a constant null space is projected out", null_space_is_projected},
               {"any number of threads gives the same bits", threads_agree},
+              {"PETSc solves the same systems, if it is there", petsc_solves},
               {"context closes", context_closes})

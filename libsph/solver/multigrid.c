@@ -13,33 +13,10 @@ static const double good_enough = 0.25;
 
 static void cycle(sphi_multigrid *grid, int l);
 
-/* Smoothing forwards from zero in block k: z = r + (entries before) z. */
-static void forwards(const sphi_level *level, int k) {
-  const float *restrict r = level->r;
-  float *z = level->first;
-  for (int64_t i = sphi_block_first(&level->blocks, k); i < sphi_block_end(&level->blocks, k);
-       i++) {
-    const int32_t *restrict columns = level->columns + level->start[i];
-    const float *restrict values = level->values + level->start[i];
-    const int32_t end = level->before[i];
-    float s0 = r[i], s1 = 0;
-    int32_t m = 0;
-    for (; m + 1 < end; m += 2) {
-      s0 += values[m] * z[columns[m]];
-      s1 += values[m + 1] * z[columns[m + 1]];
-    }
-    if (m < end) s0 += values[m] * z[columns[m]];
-    z[i] = s0 + s1;
-  }
-}
-
-/* The residual after `forwards`: what the entries add that it did not see. */
-static float rest(const sphi_level *level, int64_t i) {
-  const int32_t *restrict columns = level->columns + level->start[i];
-  const float *restrict values = level->values + level->start[i], *restrict z = level->first;
-  const int32_t end = level->total[i];
+/* The sum of entries `m` to `end` of a row times z. */
+static inline float part(const int32_t *restrict columns, const float *restrict values,
+                         const float *z, int32_t m, int32_t end) {
   float s0 = 0, s1 = 0;
-  int32_t m = level->before[i];
   for (; m + 1 < end; m += 2) {
     s0 += values[m] * z[columns[m]];
     s1 += values[m + 1] * z[columns[m + 1]];
@@ -48,17 +25,35 @@ static float rest(const sphi_level *level, int64_t i) {
   return s0 + s1;
 }
 
+/* Smoothing forwards from zero in block k, z = r + (entries before) z, and what the block's other entries
+ * make of it: the residual but for other blocks. It goes where the result will be. */
+static void forwards(const sphi_level *level, int k) {
+  const float *restrict r = level->r;
+  float *first = level->first;
+  const int64_t begin = sphi_block_first(&level->blocks, k);
+  const int64_t end = sphi_block_end(&level->blocks, k);
+  for (int64_t i = begin; i < end; i++)
+    first[i] = r[i] + part(level->columns + level->start[i], level->values + level->start[i], first,
+                           0, level->before[i]);
+  for (int64_t i = begin; i < end; i++)
+    level->z[i] = part(level->columns + level->start[i], level->values + level->start[i], first,
+                       level->before[i], level->inside[i]);
+}
+
 /* Sums of residuals over aggregates: the right-hand side of the next level. */
 static void restrict_residual(const sphi_level *level, sphi_level *coarse) {
-  const sphi_blocks *blocks = &coarse->blocks;
   const int threads = level->blocks.threads;
   (void)threads; /* without OpenMP */
 #pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1)
-  for (int64_t c = 0; c < blocks->n; c++) {
+  for (int64_t c = 0; c < coarse->n; c++) {
     float sum = 0;
     for (int32_t m = level->member_start[c]; m < level->member_end[c]; m++) {
       const int32_t i = level->members[m];
-      sum += level->weight[i] * rest(level, i);
+      float residual = level->z[i];
+      if (level->total[i] > level->inside[i])
+        residual += part(level->columns + level->start[i], level->values + level->start[i],
+                         level->first, level->inside[i], level->total[i]);
+      sum += level->weight[i] * residual;
     }
     coarse->r[c] = sum * coarse->inverse_weight[c];
   }
@@ -75,19 +70,10 @@ static void backwards(const sphi_level *level, const float *correction, int k) {
   for (int64_t i = end - 1; i >= begin; i--) {
     const int32_t *restrict columns = level->columns + level->start[i];
     const float *restrict values = level->values + level->start[i];
-    const int32_t inside = level->inside[i], total = level->total[i];
-    float s0 = level->r[i], s1 = 0;
-    int32_t m = 0;
-    for (; m + 1 < inside; m += 2) {
-      s0 += values[m] * z[columns[m]];
-      s1 += values[m + 1] * z[columns[m + 1]];
-    }
-    if (m < inside) s0 += values[m] * z[columns[m]];
-    for (m = inside; m < total; m++) {
-      const int32_t j = columns[m];
-      s1 += values[m] * (first[j] + correction[aggregate[j]]);
-    }
-    z[i] = s0 + s1;
+    float sum = level->r[i] + part(columns, values, z, 0, level->inside[i]);
+    for (int32_t m = level->inside[i]; m < level->total[i]; m++)
+      sum += values[m] * (first[columns[m]] + correction[aggregate[columns[m]]]);
+    z[i] = sum;
   }
 }
 
@@ -101,17 +87,9 @@ static void multiply(const sphi_level *level, float *v, double *vr, double *vv, 
   for (int k = 0; k < blocks->count; k++) {
     double r_sum = 0, v_sum = 0, c_sum = 0;
     for (int64_t i = sphi_block_first(blocks, k); i < sphi_block_end(blocks, k); i++) {
-      const int32_t *restrict columns = level->columns + level->start[i];
-      const float *restrict values = level->values + level->start[i];
-      const int32_t end = level->total[i];
-      float s0 = z[i], s1 = 0;
-      int32_t m = 0;
-      for (; m + 1 < end; m += 2) {
-        s0 -= values[m] * z[columns[m]];
-        s1 -= values[m + 1] * z[columns[m + 1]];
-      }
-      if (m < end) s0 -= values[m] * z[columns[m]];
-      const float sum = s0 + s1, weighted = fabsf(level->weight[i]) * sum;
+      const float sum = z[i] - part(level->columns + level->start[i],
+                                    level->values + level->start[i], z, 0, level->total[i]);
+      const float weighted = fabsf(level->weight[i]) * sum;
       r_sum += (double)(weighted * level->r[i]);
       v_sum += (double)(weighted * sum);
       c_sum += (double)(weighted * level->v[i]);

@@ -3,7 +3,8 @@
 
 /* A neighbour is strong if its entry is at least this part of the row's largest; an entry is left out if
  * it is less than this part of the largest of both its rows. */
-static const float strong = 0.25F, weak = 0.1F;
+static const float strong = 0.25F;
+static const double weak = 0.1;
 /* A level that keeps more than this part of the rows is not worth having. */
 static const double least_gain = 0.7;
 
@@ -66,69 +67,79 @@ void sphi_multigrid_free(sph_context *context, sphi_multigrid *grid) {
   sphi_free(context, grid);
 }
 
-/* The largest entry of each row of block k beside the diagonal. */
-static void find_largest(const sphi_level *level, const sphi_rows *rows, float *largest, int k) {
+/* The size of the largest entry of each row of block k beside the diagonal. */
+static void find_largest(const sphi_level *level, const sphi_rows *rows, double *largest, int k) {
   for (int64_t i = sphi_block_first(&level->blocks, k); i < sphi_block_end(&level->blocks, k);
        i++) {
     double most = 0;
     for (int64_t m = rows->start[i]; m < rows->end[i]; m++) {
-      const double size = fabs(rows->values[m]);
-      if (size > most && rows->columns[m] != i) most = size;
+      const double size = rows->columns[m] == i ? 0 : fabs(rows->values[m]);
+      most = size > most ? size : most;
     }
-    largest[i] = (float)most;
+    largest[i] = most;
   }
 }
 
-/* I - D^-1 A of block k without weak entries, in the order of sphi_level. */
-static void split_block(sphi_level *level, const sphi_rows *rows, const float *largest, double unit,
-                        int k) {
+/* Takes the entries of row i that are not weak, in their order; how many. The weak ones join the
+ * diagonal, unless that left little of it. */
+static int32_t take_entries(const sphi_rows *rows, const double *largest, int64_t i,
+                            int32_t *restrict columns, float *restrict values, double *diagonal) {
+  const double own = weak * largest[i];
+  double d = 0, left_out = 0;
+  int32_t count = 0;
+  /* Without branches, which would be taken at random. */
+  for (int64_t m = rows->start[i]; m < rows->end[i]; m++) {
+    const int32_t j = rows->columns[m];
+    const double a = rows->values[m], size = fabs(a);
+    const bool beside = j != i, kept = beside & ((size >= own) | (size >= weak * largest[j]));
+    columns[count] = j;
+    values[count] = (float)a;
+    count += kept;
+    d += beside ? 0 : a;
+    left_out += beside & !kept ? a : 0;
+  }
+  *diagonal = fabs(d + left_out) > 0.5 * fabs(d) ? d + left_out : d;
+  return count;
+}
+
+/* Puts a row's entries into the order of sphi_level. */
+static void order_entries(sphi_level *level, int64_t i, int64_t first, int64_t end) {
+  int32_t *restrict columns = level->columns + level->start[i];
+  float *restrict values = level->values + level->start[i];
+  int32_t before = 0, at = 0, inside = level->total[i];
+  while (at < inside) {
+    const int32_t j = columns[at];
+    const float value = values[at];
+    const bool outside = j < first || j >= end;
+    if (!outside && j > i) {
+      at++;
+      continue;
+    }
+    const int32_t to = outside ? --inside : before++;
+    columns[at] = columns[to];
+    values[at] = values[to];
+    columns[to] = j;
+    values[to] = value;
+    at += !outside;
+  }
+  level->before[i] = before;
+  level->inside[i] = inside;
+}
+
+/* I - D^-1 A of block k without weak entries; weights are diagonals over `unit`. */
+static void split_block(sphi_level *level, const sphi_rows *rows, const double *largest,
+                        double unit, int k) {
   const int64_t first = sphi_block_first(&level->blocks, k);
   const int64_t end = sphi_block_end(&level->blocks, k);
   for (int64_t i = first; i < end; i++) {
     const int64_t to = rows->start[i] - rows->start[0];
-    int32_t *restrict columns = level->columns + to;
-    float *restrict values = level->values + to;
-    const int32_t *restrict from = rows->columns + rows->start[i];
-    const double *restrict a = rows->values + rows->start[i];
-    const int32_t count = (int32_t)(rows->end[i] - rows->start[i]);
-    const float own = weak * largest[i];
-    double diagonal = 0, left_out = 0;
-    int32_t front = 0, back = count, behind = 0;
-    for (int32_t m = 0; m < count; m++) {
-      const int32_t j = from[m];
-      const float value = (float)a[m], size = fabsf(value);
-      if (j == i)
-        diagonal += a[m];
-      else if (size < own && size < weak * largest[j])
-        left_out += a[m];
-      else if (j < first || j >= end) {
-        columns[--back] = j;
-        values[back] = value;
-      } else if (j < i) {
-        columns[front] = j;
-        values[front++] = value;
-      } else
-        behind++;
-    }
-    level->before[i] = front;
-    for (int32_t m = 0; behind > 0; m++) {
-      const int32_t j = from[m];
-      const float value = (float)a[m], size = fabsf(value);
-      if (j <= i || j >= end || (size < own && size < weak * largest[j])) continue;
-      columns[front] = j;
-      values[front++] = value;
-      behind--;
-    }
-    level->inside[i] = front;
-    for (int32_t m = back; m < count; m++, front++) {
-      columns[front] = columns[m];
-      values[front] = values[m];
-    }
-    if (fabs(diagonal + left_out) > 0.5 * fabs(diagonal)) diagonal += left_out;
-    const float scale = diagonal != 0 ? (float)(-1 / diagonal) : 0;
-    for (int32_t m = 0; m < front; m++) values[m] *= scale;
+    double diagonal;
     level->start[i] = to;
-    level->total[i] = front;
+    level->total[i] =
+        take_entries(rows, largest, i, level->columns + to, level->values + to, &diagonal);
+    order_entries(level, i, first, end);
+    const float scale = diagonal != 0 ? (float)(-1 / diagonal) : 0;
+    for (int32_t m = 0; m < level->total[i]; m++) level->values[to + m] *= scale;
     level->weight[i] = (float)(diagonal / unit);
     level->inverse_weight[i] = diagonal != 0 ? (float)(unit / diagonal) : 0;
   }
@@ -363,9 +374,11 @@ bool sphi_multigrid_make(sph_solver *solver, sphi_multigrid *grid) {
   for (int l = 0;; l++, level++) {
     const sphi_blocks blocks = level->blocks = sphi_blocks_of(context, level->n);
     if (!make_room(context, level, level->n, rows.end[level->n - 1] - rows.start[0])) return false;
-    float *largest = level->first; /* free while levels are made */
+    double *largest = solver->largest_beside;
+    if (l > 0) { /* those of the finest level are not needed any more */
 #pragma omp parallel for num_threads(blocks.threads) schedule(static) if (blocks.threads > 1)
-    for (int k = 0; k < blocks.count; k++) find_largest(level, &rows, largest, k);
+      for (int k = 0; k < blocks.count; k++) find_largest(level, &rows, largest, k);
+    }
 #pragma omp parallel for num_threads(blocks.threads) schedule(static) if (blocks.threads > 1)
     for (int k = 0; k < blocks.count; k++) split_block(level, &rows, largest, unit, k);
     unit = 1; /* coarse matrices are sums of weights */

@@ -123,8 +123,10 @@ static void release_vectors(sph_solver *solver) {
     solver->vectors[v] = NULL;
   }
   sphi_free(context, solver->inverse_diagonal);
+  sphi_free(context, solver->largest_beside);
   sphi_free(context, solver->fixed);
   solver->inverse_diagonal = NULL;
+  solver->largest_beside = NULL;
   solver->fixed = NULL;
   solver->capacity = 0;
 }
@@ -212,26 +214,30 @@ typedef enum fault {
   X_NOT_FINITE
 } fault;
 
-/* Looks at row i; adds up its diagonal and finds whether there is anything else. */
-static fault look_at_row(const sph_matrix *matrix, int64_t i, double *diagonal, bool *alone) {
-  const uint64_t n = (uint64_t)matrix->n;
-  double d = 0, sum = 0;
-  bool has_diagonal = false, others = false, inside = true;
+/* Looks at row i; adds up its diagonal and finds the size of the largest entry beside it. Sizes are
+ * compared as the numbers that their bits are, among which those of infinity and NaN are the largest. */
+static fault look_at_row(const sph_matrix *matrix, int64_t i, double *diagonal, double *largest) {
+  const uint64_t sign = 1ull << 63;
+  double d = 0;
+  bool has_diagonal = false;
+  uint64_t most = 0;
+  uint32_t last = 0; /* of the columns, where negative ones are beyond all others */
   for (int64_t k = matrix->row_start[i]; k < matrix->row_start[i + 1]; k++) {
     const int32_t column = matrix->columns[k];
-    const double value = matrix->values[k];
-    inside &= (uint64_t)(int64_t)column < n;
-    sum += value * 0; /* NaN if it is not finite */
+    uint64_t bits;
+    memcpy(&bits, &matrix->values[k], sizeof bits);
+    bits &= ~sign;
+    if ((uint32_t)column > last) last = (uint32_t)column;
     if (column == i) {
-      d += value;
+      d += matrix->values[k];
       has_diagonal = true;
-    } else if (value != 0)
-      others = true;
+    } else if (bits > most)
+      most = bits;
   }
   *diagonal = d;
-  *alone = !others;
-  if (!inside) return RANGE_OF_COLUMN;
-  if (sum != 0 || !isfinite(d)) return NOT_FINITE;
+  memcpy(largest, &most, sizeof most);
+  if (last >= (uint32_t)matrix->n) return RANGE_OF_COLUMN;
+  if (!isfinite(*largest) || !isfinite(d)) return NOT_FINITE;
   if (!has_diagonal) return NO_DIAGONAL;
   return d == 0 || !isfinite(1 / d) ? ZERO_DIAGONAL : SOUND;
 }
@@ -243,9 +249,8 @@ static fault look_at_block(sph_solver *solver, int k, const double *x, int64_t *
   *largest = 0;
   for (int64_t i = sphi_block_first(&solver->blocks, k); i < sphi_block_end(&solver->blocks, k);
        i++) {
-    double diagonal;
-    bool alone;
-    fault found = look_at_row(&solver->matrix, i, &diagonal, &alone);
+    double diagonal, beside;
+    fault found = look_at_row(&solver->matrix, i, &diagonal, &beside);
     if (found == SOUND && !isfinite(solver->b[i])) found = B_NOT_FINITE;
     if (found == SOUND && !isfinite(x[i])) found = X_NOT_FINITE;
     if (found != SOUND) {
@@ -253,7 +258,8 @@ static fault look_at_block(sph_solver *solver, int k, const double *x, int64_t *
       return found;
     }
     solver->inverse_diagonal[i] = 1 / diagonal;
-    if (alone) fixed[count++] = (int32_t)i;
+    solver->largest_beside[i] = beside;
+    if (beside == 0) fixed[count++] = (int32_t)i;
     if (fabs(diagonal) > *largest) *largest = fabs(diagonal);
   }
   solver->fixed_count[k] = count;
@@ -341,7 +347,8 @@ static sph_status make_vectors(sph_solver *solver, int64_t n) {
     complete = solver->vectors[v] != NULL;
   }
   if (complete) solver->inverse_diagonal = SPHI_NEW(context, n, double);
-  if (solver->inverse_diagonal) solver->fixed = SPHI_NEW(context, n, int32_t);
+  if (solver->inverse_diagonal) solver->largest_beside = SPHI_NEW(context, n, double);
+  if (solver->largest_beside) solver->fixed = SPHI_NEW(context, n, int32_t);
   if (!solver->fixed) {
     release_vectors(solver);
     return SPHI_ERROR(context, SPH_E_MEMORY, "solver \"%s\": out of memory for %lld rows",
@@ -355,17 +362,21 @@ static sph_status make_vectors(sph_solver *solver, int64_t n) {
 
 /* Makes the preconditioner, or keeps the one there is. */
 static sph_status make_preconditioner(sph_solver *solver) {
-  if (solver->method->release) return SPH_OK; /* the method has its own */
   solver->kept = solver->uses_left > 0 && solver->made_rows == solver->matrix.n;
-  if (solver->kept) {
-    solver->uses_left--;
-    return SPH_OK;
+  sph_status status = SPH_OK;
+  if (solver->method->setup)
+    status = solver->method->setup(solver);
+  else if (!solver->kept) {
+    solver->made = solver->preconditioner;
+    status = solver->preconditioner->setup(solver);
   }
-  solver->made = solver->preconditioner;
-  const sph_status status = solver->preconditioner->setup(solver);
   if (status != SPH_OK) {
     forget(solver);
     return status;
+  }
+  if (solver->kept) {
+    solver->uses_left--;
+    return SPH_OK;
   }
   solver->made_rows = solver->matrix.n;
   solver->uses_left = solver->reuse;

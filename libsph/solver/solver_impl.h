@@ -41,7 +41,9 @@ typedef struct sphi_solver_method {
   /* Iterates from x, whose residual is in SPHI_VECTOR_R and r_norm > target, until the residual is below
    * target, `pause` is reached or the method breaks down; leaves the best x. */
   sph_status (*iterate)(sph_solver *solver, double *x);
-  /* OPTIONAL: the method has preconditioners of its own, and what it keeps is released here. */
+  /* OPTIONAL: the method has preconditioners of its own and makes them here, unless solver->kept; what
+   * it keeps is released by the other. */
+  sph_status (*setup)(sph_solver *solver);
   void (*release)(sph_solver *solver);
 } sphi_solver_method;
 
@@ -66,6 +68,7 @@ struct sph_solver {
   double r_norm;            /* of the residual in SPHI_VECTOR_R */
   double scale;             /* 1/||r|| at the start, for preconditioners in float */
   double *inverse_diagonal; /* [n] */
+  double *largest_beside;   /* [n] the size of a row's largest entry beside the diagonal */
   double largest_diagonal;
   int32_t *fixed; /* rows with nothing but their diagonal: those of a block from its first row on */
   int32_t fixed_count[SPHI_SOLVER_MAX_BLOCKS];

@@ -22,6 +22,7 @@ lacking() {
       pkg-config) has pkg-config || missing="$missing pkg-config" ;;
       cunit) includes CUnit/Basic.h || missing="$missing libcunit1-dev" ;;
       gsl) { has pkg-config && pkg-config --exists gsl; } || missing="$missing libgsl-dev" ;;
+      petsc) { has pkg-config && pkg-config --exists PETSc; } || missing="$missing petsc-dev" ;;
       gnuplot) has gnuplot || missing="$missing gnuplot-nox" ;;
       c++) has g++ || missing="$missing g++" ;;
       clang) has clang || missing="$missing clang" ;;
