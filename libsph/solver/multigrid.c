@@ -11,7 +11,13 @@
 /* A second step is taken if the first leaves more than this of the residual. */
 static const double good_enough = 0.25;
 
-static void cycle(sphi_multigrid *grid, int l);
+/* The residual that the finest level takes and the result that it gives, in units of the matrix. */
+typedef struct transfer {
+  const double *r;
+  double *z, in, out;
+} transfer;
+
+static void cycle(sphi_multigrid *grid, int l, const transfer *finest);
 
 /* The sum of entries `m` to `end` of a row times z. */
 static inline float part(const int32_t *restrict columns, const float *restrict values,
@@ -161,7 +167,7 @@ static void correct(sphi_multigrid *grid, int l) {
     return;
   }
   double vr, vv, unused, before, after;
-  cycle(grid, l);
+  cycle(grid, l, NULL);
   multiply(level, level->v, &vr, &vv, &unused);
   if (!(vv > 0)) {
     memset(level->x, 0, (size_t)level->n * sizeof *level->x);
@@ -174,7 +180,7 @@ static void correct(sphi_multigrid *grid, int l) {
     return;
   }
   double wr, ww, wv;
-  cycle(grid, l);
+  cycle(grid, l, NULL);
   multiply(level, level->first, &wr, &ww, &wv);
   /* The part of w = A z that v has not: r has nothing of v left. */
   const double share = wv / vv, rest_square = ww - share * wv;
@@ -182,20 +188,36 @@ static void correct(sphi_multigrid *grid, int l) {
   combine(level, (float)(alpha - beta * share), (float)beta);
 }
 
-/* z of level l from its r. */
-static void cycle(sphi_multigrid *grid, int l) {
+static void take(const sphi_level *level, const transfer *finest, int k) {
+  for (int64_t i = sphi_block_first(&level->blocks, k); i < sphi_block_end(&level->blocks, k); i++)
+    level->r[i] = (float)(finest->r[i] * finest->in) * level->inverse_weight[i];
+}
+
+static void give(const sphi_level *level, const transfer *finest, int k) {
+  for (int64_t i = sphi_block_first(&level->blocks, k); i < sphi_block_end(&level->blocks, k); i++)
+    finest->z[i] = (double)level->z[i] * finest->out;
+}
+
+/* z of level l from its r, which the finest level takes from the caller's. */
+static void cycle(sphi_multigrid *grid, int l, const transfer *finest) {
   sphi_level *level = &grid->levels[l];
   const sphi_blocks *blocks = &level->blocks;
   const bool last = l + 1 == grid->count;
 #pragma omp parallel for num_threads(blocks->threads) schedule(static) if (blocks->threads > 1)
-  for (int k = 0; k < blocks->count; k++) forwards(level, k);
+  for (int k = 0; k < blocks->count; k++) {
+    if (finest) take(level, finest, k);
+    forwards(level, k);
+  }
   if (!last) {
     restrict_residual(level, level + 1);
     correct(grid, l + 1);
   }
   const float none = 0, *correction = last ? &none : level[1].x;
 #pragma omp parallel for num_threads(blocks->threads) schedule(static) if (blocks->threads > 1)
-  for (int k = 0; k < blocks->count; k++) backwards(level, correction, k);
+  for (int k = 0; k < blocks->count; k++) {
+    backwards(level, correction, k);
+    if (finest) give(level, finest, k);
+  }
 }
 
 static sph_status setup(sph_solver *solver) {
@@ -209,18 +231,8 @@ static sph_status setup(sph_solver *solver) {
 
 static void apply(sph_solver *solver, const double *r, double *z) {
   sphi_multigrid *grid = solver->state;
-  sphi_level *level = grid->levels;
-  const sphi_blocks *blocks = &level->blocks;
-  const double in = solver->scale, out = 1 / (in * grid->largest);
-#pragma omp parallel for num_threads(blocks->threads) schedule(static) if (blocks->threads > 1)
-  for (int k = 0; k < blocks->count; k++)
-    for (int64_t i = sphi_block_first(blocks, k); i < sphi_block_end(blocks, k); i++)
-      level->r[i] = (float)(r[i] * in) * level->inverse_weight[i];
-  cycle(grid, 0);
-#pragma omp parallel for num_threads(blocks->threads) schedule(static) if (blocks->threads > 1)
-  for (int k = 0; k < blocks->count; k++)
-    for (int64_t i = sphi_block_first(blocks, k); i < sphi_block_end(blocks, k); i++)
-      z[i] = (double)level->z[i] * out;
+  const transfer finest = {r, z, solver->scale, 1 / (solver->scale * grid->largest)};
+  cycle(grid, 0, &finest);
 }
 
 static void release(sph_solver *solver) {

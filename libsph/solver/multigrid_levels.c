@@ -96,7 +96,7 @@ static int32_t take_entries(const sphi_rows *rows, const double *largest, int64_
     values[count] = (float)a;
     count += kept;
     d += beside ? 0 : a;
-    left_out += beside & !kept ? a : 0;
+    left_out += (kept | !beside) ? 0 : a;
   }
   *diagonal = fabs(d + left_out) > 0.5 * fabs(d) ? d + left_out : d;
   return count;
