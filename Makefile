@@ -272,6 +272,10 @@ validate: lib examples ## run the published cases in full and compare with measu
 validate-waves: lib examples ## run the waves and seawalls and compare with exact solutions
 	BUILD='$(BUILD)' tests/validation/waves.sh '$(BUILD)/waves'
 
+.PHONY: wave-loss
+wave-loss: lib examples ## measure what waves lose by resolution, diffusion, viscosity and kernel
+	BUILD='$(BUILD)' tests/validation/wave_loss.sh '$(BUILD)/wave_loss'
+
 .PHONY: compare-interpolators
 compare-interpolators: lib examples $(BUILD)/interpolators/interpolators ## measure all interpolators side by side (COMPARE='--update' for options)
 	BUILD='$(BUILD)' tests/validation/interpolators.sh '$(BUILD)/interpolators' $(COMPARE)

@@ -5,7 +5,7 @@
  *            times the static force counts; a stop holds it where it was. --rule release lets the whole
  *            force act once it moves, --rule printed steps as the papers print it.
  *            Linear equation of state with c0 = 10 sqrt(g (d + H)), density diffusion delta = 0.1,
- *            artificial viscosity alpha = 0.02.
+ *            artificial viscosity alpha = 0.01.
  * Reference  Liang et al. (2017), eq. (16)-(18); Huang et al. (2019), section 4.4: H/d = 0.5, m = 250 kg/m,
  *            k = 10 N/m; exact potential flow of the same tank: docs/validation.md
  * Build      cc -O2 movable_seawall.c common/example.c common/flow.c common/flume.c -o movable_seawall -lsph -lm
@@ -31,11 +31,9 @@ typedef struct setup {
 } setup;
 
 static void parse(int argc, char **argv, setup *s) {
-  *s = (setup){.flume = EXAMPLE_FLUME, .scheme = EXAMPLE_SCHEME};
+  *s = (setup){.flume = EXAMPLE_FLUME, .scheme = example_flume_scheme()};
   s->rule = "preload";
   s->out = s->summary = "";
-  s->scheme.kernel = "wendland-c2";
-  s->scheme.h_ratio = 2;
   s->flume.start = "paddle";
   s->flume.theory = "boussinesq";
   s->flume.depth = 0.2;

@@ -3,7 +3,7 @@
  * Physics    a flume of still depth d with a wave of height H that a piston makes (--start paddle), or that
  *            is there at t = 0 with surface, velocity and pressure of a theory (--start theory).
  *            Linear equation of state with c0 = 10 sqrt(g (d + H)), density diffusion delta = 0.1,
- *            artificial viscosity alpha = 0.02.
+ *            artificial viscosity alpha = 0.01.
  * Reference  Huang et al. (2019), section 4.3: d = 0.25 m, H = 0.15 m, wall of 120 degrees; exact potential
  *            flow of the same wave at the same wall: docs/validation.md
  * Build      cc -O2 solitary_wave.c common/example.c common/flow.c common/flume.c -o solitary_wave -lsph -lm
@@ -28,11 +28,9 @@ typedef struct setup {
 } setup;
 
 static void parse(int argc, char **argv, setup *s) {
-  *s = (setup){.flume = EXAMPLE_FLUME, .scheme = EXAMPLE_SCHEME};
+  *s = (setup){.flume = EXAMPLE_FLUME, .scheme = example_flume_scheme()};
   s->wall = "vertical";
   s->out = s->summary = "";
-  s->scheme.kernel = "wendland-c2"; /* with h = 2 dx it holds steep run-up together best */
-  s->scheme.h_ratio = 2;
   s->flume.start = "theory";
   s->flume.depth = 0.25;
   s->flume.height_ratio = 0.6;
@@ -64,10 +62,10 @@ static void parse(int argc, char **argv, setup *s) {
 }
 
 /* Gauges stand 18, 15, 12 and 9 depths before the toe, the last 5 depths behind the left side. */
-enum { P0, P1, FORCE, RUN_UP, GAUGE, GAUGES = 5, ENERGY = GAUGE + GAUGES, PROBES };
+enum { P0, P1, FORCE, RUN_UP, GAUGE, GAUGES = 5, BED = GAUGE + GAUGES, ENERGY, PROBES };
 static const char *const files[PROBES] = {"p0.csv",     "p1.csv",     "force.csv",  "run_up.csv",
                                           "gauge0.csv", "gauge1.csv", "gauge2.csv", "gauge3.csv",
-                                          "gauge4.csv", "energy.csv"};
+                                          "gauge4.csv", "bed.csv",    "energy.csv"};
 static double gauge_place(const example_flume *s, int k) {
   return k == GAUGES - 1 ? 5 * s->depth : s->length - (18 - 3 * k) * s->depth;
 }
@@ -91,8 +89,38 @@ static void create_probes(const setup *s, example_flow *f) {
     const double foot[2] = {gauge_place(flume, k), 0};
     OK(sph_probe_create_elevation(f->integrator, foot, up, 3 * depth, &f->probes[GAUGE + k]));
   }
+  const double bed[2] = {gauge_place(flume, 3), 0};
+  OK(sph_probe_create_pressure(f->integrator, bed, &f->probes[BED]));
   OK(sph_probe_create_energy(f->integrator, &f->probes[ENERGY]));
   example_flume_watch(flume, f, PROBES, FORCE, s->vtk, s->out);
+}
+
+/* How much the pressures of single particles scatter: rms of p less the parabola fitted through the
+ * neighbours, between the first gauge and the fourth. */
+static double roughness(const setup *s, const example_flow *f) {
+  sph_context *context = f->context;
+  const int64_t n = sph_particles_count(f->water);
+  const char *const field = SPH_PRESSURE;
+  sph_interpolator *fit;
+  double *x = example_flow_read(f, SPH_POSITION, 2), *p = example_flow_read(f, field, 1),
+         *smooth = example_numbers(n), sum = 0;
+  int *rungs = example_memory(n, sizeof *rungs);
+  int64_t count = 0;
+  OK(sph_interpolator_create(context, SPH_INTERPOLATOR_MLS_QUADRATIC, f->kernel, &fit));
+  OK(sph_interpolator_evaluate(fit, f->water, n, x, 1, &field, smooth, rungs));
+  for (int64_t i = 0; i < n; i++) {
+    const bool between =
+        x[2 * i] >= gauge_place(&s->flume, 0) && x[2 * i] <= gauge_place(&s->flume, 3);
+    if (!between || rungs[i] != SPH_INTERPOLATOR_MLS_QUADRATIC) continue;
+    sum += (p[i] - smooth[i]) * (p[i] - smooth[i]);
+    count++;
+  }
+  sph_interpolator_destroy(&fit);
+  free(x);
+  free(p);
+  free(smooth);
+  free(rungs);
+  return count > 0 ? sqrt(sum / (double)count) : NAN;
 }
 
 /* The figures; docs/examples.md says what each one is. Peaks of pressure and force are means over half of
@@ -140,7 +168,18 @@ static void summarise(const setup *s, example_flow *f, const example_waves *w,
   const double way = gauge_place(flume, 3) - gauge_place(flume, 1);
   example_summary_number(summary, "celerity_over_theory",
                          way / (passes[3] - passes[1]) / sph_wave_celerity(w->wave));
+  example_series bed = example_series_read(context, f->probes[BED], 0);
+  const double crest = peaks[GAUGE + 3].t;
+  example_summary_number(
+      summary, "bed_noise_over_rho_g_d",
+      example_series_noise(&bed, crest - 2 * second, crest + 2 * second, 0.5 * second) / bar);
+  example_summary_number(summary, "pressure_roughness_over_rho_g_d", roughness(s, f) / bar);
+  free(bed.t);
   example_series energy = example_series_read(context, f->probes[ENERGY], 3);
+  example_summary_number(
+      summary, "energy_lost_gauge0_to_3_j",
+      example_series_mean(&energy, peaks[GAUGE].t - 0.25 * second, peaks[GAUGE].t + 0.25 * second) -
+          example_series_mean(&energy, crest - 0.25 * second, crest + 0.25 * second));
   example_summary_number(summary, "energy_end_minus_start_j", energy.v[energy.n - 1] - energy.v[0]);
   free(energy.t);
 }

@@ -257,7 +257,7 @@ example_series example_series_read(const sph_context *context, const sph_probe *
 
 double example_series_mean(const example_series *series, double lo, double hi) {
   double sum = 0, span = 0;
-  if (series->n < 2 || series->t[series->n - 1] < hi * (1 - 1e-6)) return NAN;
+  if (series->n < 2 || !(series->t[series->n - 1] >= hi * (1 - 1e-6))) return NAN;
   for (int64_t k = 1; k < series->n; k++) {
     if (series->t[k - 1] < lo || series->t[k] > hi) continue;
     const double dt = series->t[k] - series->t[k - 1];
@@ -276,6 +276,32 @@ double example_series_reach(const example_series *series, double level) {
     return series->t[k - 1] + part * (series->t[k] - series->t[k - 1]);
   }
   return NAN;
+}
+
+/* rest[k] = v[k] less the mean of v over a window around t[k]; at the ends less what there is of one. */
+static void without_mean(const example_series *series, const double *v, double width,
+                         double *rest) {
+  const double *t = series->t;
+  double sum = 0;
+  for (int64_t k = 0, head = 0, tail = 0; k < series->n; k++) {
+    while (head < series->n && t[head] <= t[k] + 0.5 * width) sum += v[head++];
+    while (t[tail] < t[k] - 0.5 * width) sum -= v[tail++];
+    rest[k] = v[k] - sum / (double)(head - tail);
+  }
+}
+
+double example_series_noise(const example_series *series, double lo, double hi, double width) {
+  double *once = example_numbers(2 * series->n), *twice = once + series->n, sum = 0;
+  int64_t count = 0;
+  without_mean(series, series->v, width, once);
+  without_mean(series, once, width, twice);
+  for (int64_t k = 0; k < series->n; k++) {
+    if (!(series->t[k] >= lo && series->t[k] <= hi)) continue;
+    sum += twice[k] * twice[k];
+    count++;
+  }
+  free(once);
+  return count > 0 ? sqrt(sum / (double)count) : NAN;
 }
 
 example_peak example_series_peak(const example_series *series, double lo, double hi, double width) {

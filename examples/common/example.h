@@ -100,6 +100,9 @@ example_series example_series_read(const sph_context *context, const sph_probe *
 double example_series_mean(const example_series *series, double lo, double hi);
 /* First time at which the value reaches level, between samples by a straight line; NaN if never. */
 double example_series_reach(const example_series *series, double level);
+/* Root mean square over lo <= t <= hi of what a running mean over windows of a given width takes away twice:
+ * of the rest r = v - mean(v), r - mean(r). A smooth curve leaves the fourth power of the width. */
+double example_series_noise(const example_series *series, double lo, double hi, double width);
 /* Where the mean over windows of a given width is largest between lo and hi; NaN without a whole window.
  * A gauge sees no single step of a weakly compressible flow either. */
 typedef struct example_peak {

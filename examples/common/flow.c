@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 double *example_flow_read(const example_flow *f, const char *field, int components) {
   sph_context *context = f->context;
@@ -29,6 +30,16 @@ void example_flow_open(const example_scheme *s, int dim, double dx, example_flow
   OK(sph_particles_set_name(f->water, "water"));
 }
 
+static sph_diffusion diffusion_of(const char *name) {
+  static const char *const names[] = {[SPH_DIFFUSION_NONE] = "none",
+                                      [SPH_DIFFUSION_MOLTENI] = "molteni",
+                                      [SPH_DIFFUSION_DELTA] = "delta"};
+  for (int k = 0; k < (int)(sizeof names / sizeof names[0]); k++)
+    if (strcmp(name, names[k]) == 0) return (sph_diffusion)k;
+  example_refuse("--diffusion", "\"%s\" is none of none, molteni, delta", name);
+  return SPH_DIFFUSION_DELTA;
+}
+
 void example_flow_solve(const example_scheme *s, double c0, example_flow *f) {
   sph_context *context = f->context;
   const double dx = sph_particles_spacing(f->water);
@@ -48,7 +59,8 @@ void example_flow_solve(const example_scheme *s, double c0, example_flow *f) {
   OK(sph_wcsph_create(context, f->kernel, f->water, f->ghosts, &f->integrator));
   OK(sph_wcsph_set_sound_speed(f->integrator, c0));
   OK(sph_wcsph_set_artificial_viscosity(f->integrator, s->alpha));
-  OK(sph_wcsph_set_diffusion(f->integrator, SPH_DIFFUSION_DELTA, s->delta));
+  OK(sph_wcsph_set_laminar_viscosity(f->integrator, s->nu));
+  OK(sph_wcsph_set_diffusion(f->integrator, diffusion_of(s->diffusion), s->delta));
   if (*s->stepper != '\0') {
     OK(sph_stepper_find(context, s->stepper, &stepper));
     OK(sph_integrator_set_stepper(f->integrator, stepper));
@@ -100,6 +112,7 @@ void example_summary_flow(example_summary *summary, const example_flow *f, doubl
   example_summary_integer(summary, "steps", stats.steps);
   example_summary_number(summary, "time_end_s", stats.time);
   example_summary_number(summary, "wall_seconds", wall_seconds);
+  example_summary_number(summary, "cpu_seconds", (double)clock() / CLOCKS_PER_SEC);
   example_summary_number(summary, "ns_per_particle_step", 1e9 * wall_seconds / work);
   example_summary_number(summary, "pairs_per_second", (double)stats.pairs / stats.seconds_pairs);
   example_summary_number(summary, "pair_seconds", stats.seconds_pairs);

@@ -6,14 +6,15 @@
 
 /* How a flow is computed. Initialise it with EXAMPLE_SCHEME and change what the case wants. */
 typedef struct example_scheme {
-  double c0_factor, h_ratio, courant, dt, alpha, delta;
+  double c0_factor, h_ratio, courant, dt, alpha, nu, delta;
   int threads;
-  const char *method, *interpolator, *kernel, *stepper, *isa;
+  const char *method, *interpolator, *kernel, *stepper, *diffusion, *isa;
 } example_scheme;
-#define EXAMPLE_SCHEME                                                                     \
-  {                                                                                        \
-    .c0_factor = 10, .h_ratio = 1.3, .alpha = 0.02, .delta = 0.1, .method = "wcsph",       \
-    .interpolator = "improved-shepard", .kernel = "gaussian", .stepper = "", .isa = "auto" \
+#define EXAMPLE_SCHEME                                                                             \
+  {                                                                                                \
+    .c0_factor = 10, .h_ratio = 1.3, .alpha = 0.02, .delta = 0.1, .method = "wcsph",               \
+    .interpolator = "improved-shepard", .kernel = "gaussian", .stepper = "", .diffusion = "delta", \
+    .isa = "auto"                                                                                  \
   }
 
 /* Rows of an option table; the last two texts are put after those of --kernel and --h. */
@@ -28,7 +29,9 @@ typedef struct example_scheme {
       OPTION_NUMBER("--courant", (s).courant, 0, 10, "Courant number, 0: the scheme's own"), \
       OPTION_NUMBER("--dt", (s).dt, 0, 1, "fixed step [s], 0: follow the limits"),           \
       OPTION_NUMBER("--alpha", (s).alpha, 0, 1, "artificial viscosity"),                     \
-      OPTION_NUMBER("--delta", (s).delta, 0, 1, "density diffusion"),                        \
+      OPTION_NUMBER("--viscosity", (s).nu, 0, 1, "laminar, besides [m^2/s]"),                \
+      OPTION_TEXT("--diffusion", (s).diffusion, "of density: none, molteni, delta"),         \
+      OPTION_NUMBER("--delta", (s).delta, 0, 1, "coefficient of the density diffusion"),     \
       OPTION_INTEGER("--threads", (s).threads, 0, 1024, "0: one for each processor"),        \
       OPTION_TEXT("--isa", (s).isa, "auto, baseline, avx2, avx512")
 

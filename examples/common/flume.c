@@ -1,4 +1,4 @@
-/* What the examples of solitary waves share, see flume.h. */
+/* What the examples of waves share, see flume.h. */
 #include "flume.h"
 
 #include <math.h>
@@ -8,6 +8,14 @@
 static const double pi = 3.14159265358979323846;
 
 static bool by_paddle(const example_flume *s) { return strcmp(s->start, "paddle") == 0; }
+
+example_scheme example_flume_scheme(void) {
+  example_scheme scheme = EXAMPLE_SCHEME;
+  scheme.kernel = "wendland-c2";
+  scheme.h_ratio = 2;
+  scheme.alpha = 0.01;
+  return scheme;
+}
 
 void example_flume_complete(example_flume *s) {
   if (!by_paddle(s) && strcmp(s->start, "theory") != 0)
@@ -41,8 +49,12 @@ static void create_walls(const example_flume *s, const example_waves *w, sph_bod
   OK(sph_wall_create_polyline(context, body ? 2 : 3, bed, false, &f->tank));
   OK(sph_wall_set_name(f->tank, body ? "bed" : "bed and seawall"));
   OK(sph_wall_create_polyline(context, 2, left, false, &f->more[FLUME_LEFT - 1]));
-  OK(sph_wall_set_name(f->more[FLUME_LEFT - 1], w->paddle ? "piston" : "left side"));
-  if (w->paddle) OK(sph_wall_set_motion(f->more[FLUME_LEFT - 1], sph_paddle_motion, w->paddle));
+  sph_wall *side = f->more[FLUME_LEFT - 1];
+  OK(sph_wall_set_name(side, !w->paddle ? "left side" : w->flap ? "flap" : "piston"));
+  if (w->flap)
+    OK(sph_wall_set_rotation(side, (const double[]){0, 0}, NULL, sph_paddle_rotation, w->paddle));
+  else if (w->paddle)
+    OK(sph_wall_set_motion(side, sph_paddle_motion, w->paddle));
   if (!body) return;
   OK(sph_wall_create_polyline(context, 2, right, false, &f->more[FLUME_RIGHT - 1]));
   OK(sph_wall_set_name(f->more[FLUME_RIGHT - 1], "seawall"));
@@ -118,23 +130,28 @@ static void start(const example_flume *s, const example_scheme *scheme, const ex
   free(p);
 }
 
+void example_flume_build(const example_flume *s, const example_scheme *scheme, sph_body *body,
+                         example_flow *f, const example_waves *w) {
+  const double c0 = scheme->c0_factor * sqrt(s->gravity * s->depth * (1 + s->height_ratio));
+  fill(s, w, f);
+  create_walls(s, w, body, f);
+  example_flow_solve(scheme, c0, f);
+  start(s, scheme, w, c0, f);
+}
+
 void example_flume_create(const example_flume *s, const example_scheme *scheme, sph_body *body,
                           example_flow *f, example_waves *w) {
   sph_context *context = f->context;
   sph_solitary_theory theory;
-  const double height = s->height_ratio * s->depth;
   OK(sph_solitary_theory_find(context, s->theory, &theory));
-  OK(sph_wave_create_solitary(context, theory, height, s->depth, s->gravity, &w->wave));
+  OK(sph_wave_create_solitary(context, theory, s->height_ratio * s->depth, s->depth, s->gravity,
+                              &w->wave));
   OK(sph_wave_set_origin(w->wave, s->length - s->crest, 0, 1));
   if (*s->motion != '\0')
     OK(sph_paddle_create_csv(context, s->motion, "t_s", "x_piston_m", &w->paddle));
   else if (by_paddle(s))
     OK(sph_paddle_create_solitary(context, w->wave, s->paddle_start, &w->paddle));
-  fill(s, w, f);
-  create_walls(s, w, body, f);
-  const double c0 = scheme->c0_factor * sqrt(s->gravity * (s->depth + height));
-  example_flow_solve(scheme, c0, f);
-  start(s, scheme, w, c0, f);
+  example_flume_build(s, scheme, body, f, w);
 }
 
 void example_waves_destroy(example_waves *w) {

@@ -1,4 +1,4 @@
-/* What the examples of solitary waves share: a flume with a bed, a left side that may be a piston, and a
+/* What the examples of waves share: a flume with a bed, a left side that may be a piston, and a
  * right side that may lean or be moved by a body. */
 #ifndef EXAMPLE_FLUME_H
 #define EXAMPLE_FLUME_H
@@ -38,19 +38,27 @@ enum { FLUME_BED, FLUME_LEFT, FLUME_RIGHT };
 typedef struct example_waves {
   sph_wave *wave;
   sph_paddle *paddle; /* NULL without one */
+  bool flap;          /* the paddle is one, hinged at the bed */
 } example_waves;
+
+/* How the flumes are computed unless told otherwise. Wendland's C2 with h = 2 dx holds steep run-up together
+ * best; alpha = 0.01 loses less of a wave than 0.02, and below it the pressure scatters: docs/wave_loss.md. */
+example_scheme example_flume_scheme(void);
 
 /* Refuses options that do not go together and fills in defaults. */
 void example_flume_complete(example_flume *s);
 
-/* Everything up to the integrator. A body, if any, moves the right wall along +x. Sound speed: the
- * scheme's factor times sqrt(g (d + H)). */
+/* Everything up to the integrator with the waves as they are: still water where there is a paddle. A body,
+ * if any, moves the right wall along +x. Sound speed: the scheme's factor times sqrt(g (d + H)). */
+void example_flume_build(const example_flume *s, const example_scheme *scheme, sph_body *body,
+                         example_flow *f, const example_waves *w);
+/* The same with a solitary wave as the options say. */
 void example_flume_create(const example_flume *s, const example_scheme *scheme, sph_body *body,
                           example_flow *f, example_waves *w);
 void example_waves_destroy(example_waves *w);
 
-/* Lets the first `count` probes sample every 0.02 sqrt(d/g), from now on but for number `force`, since nothing
- * has pushed yet; prepares frames for ParaView if there are to be any. */
+/* Lets the first `count` probes sample every 0.02 sqrt(d/g), from now on but for number `force` (-1: none), since
+ * nothing has pushed yet; prepares frames for ParaView if there are to be any. */
 void example_flume_watch(const example_flume *flume, example_flow *f, int count, int force, int vtk,
                          const char *folder);
 /* Steps to the end, with frames for ParaView and as text for gnuplot in the folder. */
