@@ -2,11 +2,12 @@
 # All interpolators side by side: errors, costs, water at rest, a dam break. Writes
 # FOLDER/which_interpolator.md with tables and pictures.
 #
-#   interpolators.sh FOLDER [--quick] [--report] [--update] [--rest SECONDS] [--dx METRES]
+#   interpolators.sh FOLDER [--quick] [--report] [--update] [--flume] [--rest SECONDS] [--dx METRES]
 #
 # --quick    coarse and short, to try the script itself; the figures mean nothing
 # --report   write the page from the runs that are in FOLDER already
 # --update   copy the page to docs/which_interpolator.md and its pictures to docs/images/
+# --flume    only the costs in the flume with an inclined wall, into FOLDER/flume.md
 # --rest     length of the runs at rest, 6 s unless given (Huang et al.: 35)
 # --dx       spacing of the dam breaks, 0.01 m unless given (Huang et al.: 0.004)
 # BUILD in the environment is where the examples and the program interpolators were built.
@@ -16,17 +17,18 @@ root=$(cd "$(dirname "$0")/../.." && pwd)
 examples=$root/examples
 here=$root/tests/validation
 measured=$root/tests/data
-usage() { echo "usage: interpolators.sh FOLDER [--quick] [--report] [--update] [--rest SECONDS] [--dx METRES]" >&2; exit 2; }
+usage() { echo "usage: interpolators.sh FOLDER [--quick] [--report] [--update] [--flume] [--rest SECONDS] [--dx METRES]" >&2; exit 2; }
 [ $# -ge 1 ] || usage
 mkdir -p "$1"
 out=$(cd "$1" && pwd)
 shift
-quick='' report=0 update=0 rest=6 dx=0.01
+quick='' report=0 update=0 flume=0 rest=6 dx=0.01
 while [ $# -gt 0 ]; do
   case $1 in
     --quick) quick=--quick rest=0.5 dx=0.03 ;;
     --report) report=1 ;;
     --update) update=1 ;;
+    --flume) flume=1 ;;
     --rest) [ $# -ge 2 ] || usage; rest=$2; shift ;;
     --dx) [ $# -ge 2 ] || usage; dx=$2; shift ;;
     *) usage ;;
@@ -69,8 +71,20 @@ plain() {
 }
 rests() { for kind in "$@"; do run "rest_$kind" hydrostatic --end "$rest" --interpolator "$kind"; done; }
 dams() { for kind in "$@"; do run "dam_$kind" dam_break --dx "$dx" --pictures $frames --interpolator "$kind"; done; }
+# The flume of Huang et al. (2019), section 4.3, while the wave runs up: each method three times, by turns.
+flume_turns='1 2 3'
+flume_costs() {
+  for turn in $flume_turns; do
+    for kind in $six; do
+      run "flume_${kind}_$turn" solitary_wave --wall inclined --height-ratio 0.6 --crest 1.25 --end "$([ -n "$quick" ] && echo 0.05 || echo 0.8)" --interpolator "$kind"
+    done
+  done
+}
 if [ $report = 0 ]; then
-  measure cost # alone on the machine
+  flume_costs
+  [ $flume = 1 ] || measure cost # alone on the machine
+fi
+if [ $report = 0 ] && [ $flume = 0 ]; then
   # Small runs are faster side by side than on two threads.
   { measure rest; rests improved-shepard tuned-shepard normalized; dams improved-shepard sfdi mls-linear; plain normalized; } &
   beside=$!
@@ -78,10 +92,13 @@ if [ $report = 0 ]; then
   wait $beside
 fi
 
-mkdir -p "$out/images"
-rm -f "$out"/images/*.png
-gnuplot -e "runs='$out'; images='$out/images'; measured='$measured'; dx=$dx; frame='$(printf 'picture_%03d.txt' $at5)'" \
-  "$here/interpolators.gp" || echo "interpolators.sh: gnuplot failed" >&2
+pictures() {
+  mkdir -p "$out/images"
+  rm -f "$out"/images/*.png
+  gnuplot -e "runs='$out'; images='$out/images'; measured='$measured'; dx=$dx; frame='$(printf 'picture_%03d.txt' $at5)'" \
+    "$here/interpolators.gp" || echo "interpolators.sh: gnuplot failed" >&2
+}
+[ $flume = 1 ] || pictures
 
 # ---------------------------------------------------------------------------------------- figures
 # cell FILE FIELD KEY1 [KEY2]: one figure of a line that begins with these keys
@@ -101,6 +118,11 @@ paper() {
   case $1 in
     improved-shepard) echo 1 ;; normalized) echo 1.4 ;; sfdi) echo 1.9 ;; mls-linear) echo 4.2 ;;
     mls-quadratic) echo 11.6 ;; *) echo '-' ;;
+  esac
+}
+paper_flume() {
+  case $1 in
+    improved-shepard) echo 1 ;; sfdi) echo 2 ;; mls-linear) echo 3.7 ;; mls-quadratic) echo 9.6 ;; *) echo '-' ;;
   esac
 }
 exact() {
@@ -274,6 +296,7 @@ TEXT
 
 TEXT
   cost_rows 3d
+  flume_cost
   cat <<TEXT
 Aims for the 2D dam break:
 
@@ -291,6 +314,37 @@ Aims for the 2D dam break:
 TEXT
 }
 
+# flume_cell KIND step|boundary: ms a step, median, and the relative scatter of its ratio to improved Shepard's of the
+# same turn.
+flume_cell() {
+  for turn in $flume_turns; do
+    for kind in "$1" improved-shepard; do
+      file=$out/flume_${kind}_$turn.json
+      printf '%s %s %s %s ' "$(figure "$file" cpu_seconds)" "$(figure "$file" ghost_seconds)" "$(figure "$file" wall_seconds)" "$(figure "$file" steps)"
+    done
+    echo
+  done | awk -v what="$2" '
+    function ms(k) { return 1000 * $k / $(k + 3) * (what == "step" ? 1 : $(k + 1) / $(k + 2)) }
+    function middle(v) { return v[1] + v[2] + v[3] - (lo(v) + hi(v)) }
+    function lo(v) { return v[1] < v[2] ? (v[1] < v[3] ? v[1] : v[3]) : (v[2] < v[3] ? v[2] : v[3]) }
+    function hi(v) { return v[1] > v[2] ? (v[1] > v[3] ? v[1] : v[3]) : (v[2] > v[3] ? v[2] : v[3]) }
+    { t[NR] = ms(1); r[NR] = ms(1) / ms(5) }
+    END { printf "%.3g | %.2f (%.2f to %.2f)", middle(t), middle(r), lo(r), hi(r) }'
+}
+flume_cost() {
+  file=$out/flume_improved-shepard_1.json
+  cat <<TEXT
+Inclined wall, Huang et al. (2019), section 4.3 and figure 12: $(figure "$file" particles) particles, $(figure "$file" ghosts_active) active ghosts, Wendland C2 kernel with h = 2 dx, $(figure "$file" steps) steps while the wave runs up; processor time of one thread, set-up included, each method three times by turns.
+Times are medians; ratios are those of the same turn, their median with the least and the largest.
+
+| method | ms a step | step / Shepard | ms in the boundary | boundary / Shepard | paper: step / Shepard |
+|---|---|---|---|---|---|
+TEXT
+  for kind in $six; do
+    row_of "\`$kind\`" "$(flume_cell "$kind" step)" "$(flume_cell "$kind" boundary)" "$(paper_flume "$kind")"
+  done
+  echo
+}
 at_rest() {
   cat <<TEXT
 ## Water at rest
@@ -448,6 +502,11 @@ TEXT
 TEXT
 }
 
+if [ $flume = 1 ]; then
+  flume_cost >"$out/flume.md"
+  echo "$out/flume.md"
+  exit 0
+fi
 [ -n "$quick" ] || claims
 { recommendation; consistency; cost; at_rest; dam_break; impact; } | sed -e :a -e '/^\n*$/{$d;N;ba' -e '}' >"$out/which_interpolator.md"
 
