@@ -58,6 +58,25 @@ do for [h in '0.3 0.6'] {
 }
 unset multiplot
 
+# The same wall and wave for four interpolators.
+set key bottom center
+set output images.'/waves_interpolators.png'
+set multiplot layout 1,2
+exact = measured.'/computed_solitary_inclined_wall_a120_H0.6.csv'
+methods = 'improved-shepard mls-linear mls-quadratic sfdi'
+run(m) = sprintf('%s/inclined_0.6%s', out, m eq 'improved-shepard' ? '' : '_'.m)
+array colours[4] = ['#3182bd', '#e6550d', '#31a354', '#756bb1']
+do for [gauge in 'p0 p1'] {
+  column = gauge eq 'p0' ? 5 : 6
+  set title sprintf('Wall of 120 degrees, H/d = 0.6: %s', gauge eq 'p0' ? 'P0' : 'P1')
+  plot for [k=1:4] run(word(methods, k)).'/'.gauge.'.csv' \
+         using ($1/second-first_above(run(word(methods, k)).'/p0.csv', 2, rho * g * d, 1.0)/second+first_above(exact, 5, 1, 1.0)):($2/(rho*g*d)) \
+         with lines lc rgb colours[k] title word(methods, k), \
+       exact using 1:column with lines lw 2 dt 2 lc rgb 'black' title 'exact'
+}
+unset multiplot
+set key top left
+
 d = 0.2
 still = 0.5 * rho * g * d * d
 set output images.'/waves_seawall.png'
@@ -79,4 +98,22 @@ run = out.'/wall_0.5_50_500'
 exact = measured.'/computed_liang_tank_H0.5_m50_k500.csv'
 set title 'H/d = 0.5, m = 50 kg/m, k = 500 N/m'
 plot run.'/wall.csv' using 1:($2/d) with lines lc rgb '#3182bd' title 'computed', exact using 1:(($4-2.5)/d) with lines lw 2 dt 2 lc rgb 'black' title 'exact'
+unset multiplot
+
+# Waves of a paddle at the gauge 1 1/2 wavelengths from it.
+d = 0.25
+second = sqrt(d / g)
+set output images.'/waves_regular.png'
+set multiplot layout 2,1
+set xlabel 't sqrt(g/d)'
+set ylabel 'elevation / d'
+set key top right horizontal
+do for [case in 'fine jonswap'] {
+  set title case eq 'fine' ? 'Piston, second order, H/d = 0.15, kd = 1.5' : 'Piston, JONSWAP, Hs/d = 0.15, kd of the peak 1.5'
+  run = sprintf('%s/regular_%s', out, case)
+  set xrange [case eq 'fine' ? 0 : 55:case eq 'fine' ? 65 : 120]
+  set yrange [-0.15:0.2]
+  plot run.'/gauge3.csv' using ($1/second):($2/d-1) with lines lc rgb '#3182bd' title 'computed', \
+       run.'/theory.csv' using ($1/second):($5/d) with lines lw 2 dt 2 lc rgb 'black' title case eq 'fine' ? 'Stokes, endless' : 'linear'
+}
 unset multiplot

@@ -15,8 +15,8 @@ page=validation_waves.md wants=solitary_wave
 
 ratios='0.1 0.2 0.3 0.4 0.5 0.6'
 methods='improved-shepard mls-linear mls-quadratic sfdi'
-coarse='' coarse_tank=''
-[ "$quick" = 1 ] && coarse='--dx 0.025 --length 6' coarse_tank='--dx 0.025'
+coarse='' coarse_tank='' coarse_waves='' fine_waves='--dx 0.0035714286'
+[ "$quick" = 1 ] && coarse='--dx 0.025 --length 6' coarse_tank='--dx 0.025' coarse_waves=--quick fine_waves=--quick
 tank="computed_liang_tank_H"
 
 # Small runs are faster side by side than on two threads.
@@ -25,9 +25,7 @@ one() { run "$@" --threads 1; }
 {
   for h in $ratios; do one vertical_$h solitary_wave --height-ratio $h $coarse; done
   for h in 0.3 0.6; do one inclined_$h solitary_wave --wall inclined --height-ratio $h $coarse; done
-  for dx in 0.00625 0.0125 0.025; do
-    one loss_$dx solitary_wave --height-ratio 0.3 --dx $([ "$quick" = 1 ] && echo 0.025 || echo $dx)
-  done
+  one regular_fine regular_waves $fine_waves
 } &
 # shellcheck disable=SC2086
 {
@@ -42,6 +40,11 @@ one() { run "$@" --threads 1; }
   one wall_printed movable_seawall --rule printed --mass 250 --stiffness 10 --motion "$measured/${tank}0.5_m250_k10.csv" $coarse_tank
   one wall_0.5_50_500 movable_seawall --mass 50 --stiffness 500 --motion "$measured/${tank}0.5_m50_k500.csv" $coarse_tank
   one wall_0.3_50_100 movable_seawall --height-ratio 0.3 --mass 50 --stiffness 100 --motion "$measured/${tank}0.3_m50_k100.csv" $coarse_tank
+  one regular_stokes2 regular_waves $coarse_waves
+  one regular_airy regular_waves --theory airy $coarse_waves
+  one regular_flap regular_waves --theory airy --paddle flap $coarse_waves
+  one regular_open regular_waves --rate 0 $coarse_waves
+  one regular_jonswap regular_waves --theory jonswap --periods 16 $coarse_waves
 }
 wait
 
@@ -56,6 +59,13 @@ near() {
 }
 # told QUANTITY RUN KEY TEXT: a figure without a bar.
 told() { row_without_bar "$1" "$(figure "$out/$2.json" "$3")" "$4"; }
+# series FILE COLUMN WHAT ...: of a column over the time in column T (1), by series.awk; times of runs are means
+# over half of sqrt(d/g), as the summaries have them.
+series() {
+  file=$1 column=$2 what=$3
+  shift 3
+  awk -f "$root/tests/validation/series.awk" -v column="$column" -v what="$what" "$@" "$file"
+}
 # exact FILE COLUMN: the largest value. summary H COLUMN: of the table of vertical walls.
 exact() { awk -F, -v c="$2" '/^[-0-9]/ && (n++ == 0 || $c + 0 > most) { most = $c + 0 } END { print most }' "$measured/$1"; }
 summary() { awk -F, -v h="$1" -v c="$2" '/^[0-9]/ && $1 + 0 == h { print $c }' "$measured/computed_solitary_wall_runup_force_summary.csv"; }
@@ -63,6 +73,87 @@ summary() { awk -F, -v h="$1" -v c="$2" '/^[0-9]/ && $1 + 0 == h { print $c }' "
 displacement() {
   awk -F, -v what="$2" '/^[0-9]/ { x = ($4 - 2.5) / 0.2; if (x > most) most = x; last = x }
     END { print what == "last" ? last : most }' "$measured/$1"
+}
+# tank WHERE force|run_up|bed|wall WHAT ...: of the tank of d = 0.2 m, over static force, depths and static pressure.
+# WHERE: a file of the exact computation, or a run, whose peaks are those of its summary.
+tank() {
+  where=$1 of=$2 what=$3
+  shift 3
+  case $where/$of/$what in
+    *.csv/force/*) series "$measured/$where" 8 "$what" "$@" ;;
+    *.csv/run_up/*) series "$measured/$where" 7 "$what" -v scale=5 "$@" ;;
+    *.csv/bed/*) series "$measured/$where" 12 "$what" "$@" ;;
+    *.csv/wall/*) series "$measured/$where" 4 "$what" -v offset=2.5 -v scale=5 "$@" ;;
+    */force/most) figure "$out/$where.json" force_max_over_static ;;
+    */force/most_at) figure "$out/$where.json" force_max_time_s ;;
+    */run_up/most) figure "$out/$where.json" run_up_over_d ;;
+    */run_up/most_at) figure "$out/$where.json" run_up_time_s ;;
+    */force/*) series "$out/$where/force.csv" 2 "$what" -v scale=0.005096840 -v window=0.0714 "$@" ;;
+    */run_up/*) series "$out/$where/run_up.csv" 2 "$what" -v offset=0.2 -v scale=5 "$@" ;;
+    */bed/*) series "$out/$where/bed.csv" 2 "$what" -v window=0.0714 "$@" ;;
+    */wall/*) series "$out/$where/wall.csv" 2 "$what" -v scale=5 "$@" ;;
+  esac
+}
+# beside QUANTITY PRINTED ... -- force|run_up|bed|wall WHAT ...: a row with the papers' figures and those of $wheres.
+beside() {
+  quantity=$1 papers=
+  while shift && [ "$1" != -- ]; do papers="$papers $1 |"; done
+  shift
+  printf '| %s |%s' "$quantity" "$papers"
+  for where in $wheres; do awk -v x="$(tank "$where" "$@")" 'BEGIN { printf " %s |", x == "" ? "-" : sprintf("%.4g", x) }'; done
+  echo
+}
+printed() {
+  wheres="${tank}0.5_fixed.csv fixed_0.5"
+  echo '| H/d = 0.5, wall fixed | Liang et al. (2017) | exact | here |'
+  echo '|---|---|---|---|'
+  beside 'largest force' 2.99 -- force most
+  beside '... when' - -- force most_at
+  beside 'R/d' '1.21, 1.35' -- run_up most
+  beside '... when' 2.40 -- run_up most_at
+  wheres="${tank}0.5_m250_k10.csv wall_0.5_250_10 wall_printed wall_0.5_500_10"
+  cat <<'TEXT'
+
+| H/d = 0.5, m = 250 kg/m, k = 10 N/m | Liang et al. (2017) | Huang et al. (2019) | exact | here | here, as printed | here, m = 500 |
+|---|---|---|---|---|---|---|
+TEXT
+  beside 'force above F_thr from' 2.00 - -- force rises -v level=1.1
+  beside 'wall has moved 0.001 d at' - '2.00 to 2.20' -- wall rises -v level=0.001
+  beside 'largest force' 2.73 - -- force most
+  beside '... when' 2.24 - -- force most_at
+  beside 'R/d' 1.04 - -- run_up most
+  beside '... when' 2.40 - -- run_up most_at
+  beside 'largest pressure at the foot, when' - 2.4 -- bed most_at
+  beside 'force below the static one from' 2.90 - -- force falls -v level=1 -v from=2.5
+  beside 'displacement / d at 4 s' 2.16 2.3 -- wall last
+  beside 'force at 4 s' 0.63 - -- force last
+  beside 'level at the wall / d at 4 s' -0.18 - -- run_up last
+  wheres="${tank}0.3_m50_k100.csv wall_0.3_50_100"
+  cat <<'TEXT'
+
+| other cases | Liang et al. (2017) | exact | here |
+|---|---|---|---|
+TEXT
+  beside 'H/d = 0.3, m = 50, k = 100: largest displacement / d' 1.64 -- wall most
+  beside '... when' 3.5 -- wall most_at
+  beside '... displacement / d at 4 s' 1.36 -- wall last
+  wheres="${tank}0.5_m50_k500.csv wall_0.5_50_500"
+  beside 'H/d = 0.5, m = 50, k = 500: largest force' 2.10 -- force most
+  wheres="${tank}0.3_fixed.csv fixed_0.3"
+  beside 'H/d = 0.3, stiff (here fixed): largest force' 2.40 -- force most
+  beside '... R/d' 0.75 -- run_up most
+}
+# cells NAME VALUE ...: a row of a table of figures alone, "" where there is none.
+cells() {
+  printf '| %s |' "$1"
+  shift
+  for value in "$@"; do
+    case $value in
+      [-+.0-9]*) awk -v x="$value" 'BEGIN { printf " %.4g |", x }' ;;
+      *) printf ' %s |' "$value" ;;
+    esac
+  done
+  echo
 }
 {
   cat <<TEXT
@@ -73,7 +164,7 @@ A figure outside its bar says **no**; nothing is left out.
 What the figures mean is in [examples.md](examples.md).
 
 Exact means potential flow without approximation, computed by boundary elements and conformal maps (files \`computed_*\` in \`tests/data\`).
-δ-SPH with fixed ghosts by improved Shepard, Wendland C2 kernel with h = 2 dx, c0 = 10 sqrt(g (d + H)), alpha = 0.02, 25 particles a depth unless said otherwise.
+δ-SPH with fixed ghosts by improved Shepard, Wendland C2 kernel with h = 2 dx, c0 = 10 sqrt(g (d + H)), alpha = 0.01, 25 particles a depth unless said otherwise.
 Forces and pressures are means over half of sqrt(d/g): sound runs from surface to bed and back in about that time, and is seen in the plots. Run-up is counted from the level that its gauge shows before the wave is there.
 
 ## Vertical wall
@@ -118,16 +209,7 @@ TEXT
   cat <<TEXT
 ## Loss of height
 
-The wave of H/d = 0.3 between gauges 18 and 9 d before the wall, in per cent of its height for each 9 d, by particles a height H.
-
-| H/dx | dx [m] | lost |
-|---|---|---|
-TEXT
-  for dx in 0.00625 0.0125 0.025; do
-    awk -v dx="$(figure "$out/loss_$dx.json" dx_m)" -v a="$(figure "$out/loss_$dx.json" gauge0_height_over_h)" \
-      -v b="$(figure "$out/loss_$dx.json" gauge3_height_over_h)" 'BEGIN { printf "| %g | %g | %.1f %% |\n", 0.075 / dx, dx, 100 * (1 - b / a) }'
-  done
-  cat <<TEXT
+By resolution, density diffusion, viscosity and kernel: [wave_loss.md](wave_loss.md).
 
 ## Inclined wall
 
@@ -150,18 +232,29 @@ TEXT
   cat <<TEXT
 ![pressures on the inclined wall](images/waves_inclined.png)
 
-Interpolators, H/d = 0.6, what they cost is in [which_interpolator.md](which_interpolator.md#cost):
+Interpolators, H/d = 0.6; what they cost is in [which_interpolator.md](which_interpolator.md#cost).
+Times are from the largest force [s]; pressure and force hardly change around their peaks, so that times scatter by 0.05 s.
+Huang et al. show these pressures as curves and print no figure of them.
 
-| interpolator | P0 | P1 | force | R/d |
-|---|---|---|---|---|
+| interpolator | P0 | when | P1 | when | force | R/d |
+|---|---|---|---|---|---|---|
 TEXT
+  file=$measured/computed_solitary_inclined_wall_a120_H0.6.csv
+  cells exact "$(series "$file" 5 most)" "$(series "$file" 5 most_at -v time=2)" "$(series "$file" 6 most)" \
+    "$(series "$file" 6 most_at -v time=2)" "$(series "$file" 4 most)" "$(series "$file" 3 most)"
   for m in $methods; do
-    name=inclined_0.6$([ $m = improved-shepard ] || echo _$m)
-    awk -v m=$m -v p0="$(figure "$out/$name.json" p0_max_over_rho_g_d)" -v p1="$(figure "$out/$name.json" p1_max_over_rho_g_d)" \
-      -v f="$(figure "$out/$name.json" force_max_over_static)" -v r="$(figure "$out/$name.json" run_up_over_d)" \
-      'BEGIN { printf "| `%s` | %.3f | %.3f | %.3f | %.3f |\n", m, p0, p1, f, r }'
+    name=$out/inclined_0.6$([ $m = improved-shepard ] || echo _$m).json
+    set --
+    for key in p0_max_over_rho_g_d p0_max_after_force_s p1_max_over_rho_g_d p1_max_after_force_s force_max_over_static run_up_over_d; do
+      set -- "$@" "$(figure "$name" $key)"
+    done
+    cells "\`$m\`" "$@"
   done
   cat <<TEXT
+
+![pressures on the inclined wall by interpolator](images/waves_interpolators.png)
+
+Sound rings on at the wall, most with \`mls-quadratic\` and \`sfdi\`, and takes single peaks with it.
 
 ## Seawall on a spring
 
@@ -191,25 +284,49 @@ TEXT
   cat <<TEXT
 ![seawall: force, run-up and displacement](images/waves_seawall.png)
 
-Beside the figures that the two papers print for H/d = 0.5, m = 250 kg/m, k = 10 N/m, and a wall twice as heavy:
+Beside the figures that the two papers print, times in s.
+m = 500 is a wall twice as heavy; "as printed" is the rule of the papers' equation and its steps.
+Forces are over the static one, F_thr is 1.1 of that; lengths over d.
 
-| | force / static | R/d | displacement at 4 s / d |
-|---|---|---|---|
-| Liang et al. (2017) | 2.73 | 1.04 | 2.16 |
-| Huang et al. (2019) | | | 2.3 |
-| exact, m = 250 | $(exact ${tank}0.5_m250_k10.csv 8) | $(scaled 5 "$(exact ${tank}0.5_m250_k10.csv 7)") | $(scaled 1 "$(displacement ${tank}0.5_m250_k10.csv last)") |
 TEXT
-  for case in 0.5_250_10 printed 0.5_500_10; do
-    case $case in
-      0.5_250_10) name='here, m = 250' ;;
-      printed) name='here, m = 250, the rule as printed' ;;
-      *) name='here, m = 500' ;;
-    esac
-    echo "| $name | $(scaled 1 "$(figure "$out/wall_$case.json" force_max_over_static)") | $(scaled 1 "$(figure "$out/wall_$case.json" run_up_over_d)") | $(scaled 1 "$(figure "$out/wall_$case.json" displacement_end_over_d)") |"
-  done
+  printed
   cat <<TEXT
 
 The papers' wall moves about half as far as its own equation makes it: it behaves as one about twice as heavy.
+TEXT
+  cat <<TEXT
+
+## Regular and irregular waves
+
+A flume of d = 0.25 m, kd = 1.5, H/d = 0.15, 3 wavelengths long; the last of them is a damping zone with a rate of 10 over the period, before the end wall (\`examples/regular_waves\`).
+Figures are of 3 periods (irregular: 16) after energy has been to the end wall and back, at 8 gauges 1 1/8 to 2 wavelengths from the paddle.
+Least squares over the gauges give the incident and the reflected first harmonic and the wave number that suits them best; height is twice the amplitude of the incident one.
+To third order waves of this height are 1.2 % longer than linear ones.
+The bar of the height is for 10 particles a height and more.
+
+TEXT
+  for case in fine:stokes2:piston stokes2:stokes2:piston airy:airy:piston flap:airy:flap; do
+    run=regular_${case%%:*} name=${case#*:}
+    name="$(awk -v dx="$(figure "$out/$run.json" dx_m)" 'BEGIN { printf "H/dx = %.1f", 0.0375 / dx }'), ${name#*:}, ${name%:*}"
+    if [ "$run" = regular_fine ]; then
+      near "$name: height / H" $run height_over_h 1 5 'the wave asked for'
+    else
+      told "$name: height / H" $run height_over_h 'the wave asked for'
+    fi
+    near "$name: wavelength / linear" $run wavelength_over_theory 1 2 'dispersion relation'
+    row "$name: reflected / incident" "$(figure "$out/$run.json" reflection)" 0 0.1 'damping zone'
+    told "$name: bound second harmonic / Stokes" $run bound_second_over_stokes 1
+    told "$name: free second harmonic / Stokes" $run free_second_over_stokes 'none by second order'
+  done
+  told 'H/dx = 6.0, piston, stokes2, no damping zone: reflected / incident' regular_open reflection 'end wall'
+  told 'H/dx = 6.0, piston, jonswap: significant height / that of linear theory' regular_jonswap height_over_h 'the same components'
+  told 'H/dx = 6.0, piston, jonswap: rms of the difference / rms of linear theory' regular_jonswap apart_over_rms 'the same components'
+  for run in regular_fine regular_stokes2 regular_airy regular_flap regular_open regular_jonswap; do
+    row "$run: particles that left the flume" "$(figure "$out/$run.json" particles_lost)" 0 0 none
+  done
+  table
+  cat <<TEXT
+![regular and irregular waves](images/waves_regular.png)
 TEXT
 } >"$out/$page"
 finish
