@@ -14,6 +14,7 @@ typedef struct flow_plan {
   sph_precision precision;
   sph_isa isa;
   int threads; /* 0: 1 */
+  bool incompressible;
   const sph_allocator *allocator;
 } flow_plan;
 
@@ -59,6 +60,11 @@ static inline void flow_build(flow_world *w) {
   if (w->wall)
     SPH_TEST_OK(w->context,
                 sph_boundary_create(w->context, w->wall, w->dx, w->interpolator, &w->boundary));
+  if (w->plan.incompressible) {
+    SPH_TEST_OK(w->context,
+                sph_isph_create(w->context, w->kernel, w->water, w->boundary, &w->flow));
+    return;
+  }
   SPH_TEST_OK(w->context, sph_wcsph_create(w->context, w->kernel, w->water, w->boundary, &w->flow));
   if (w->plan.c0 > 0) SPH_TEST_OK(w->context, sph_wcsph_set_sound_speed(w->flow, w->plan.c0));
 }

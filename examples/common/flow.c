@@ -25,7 +25,8 @@ void example_flow_open(const example_scheme *s, int dim, double dx, example_flow
   OK(sph_context_set_threads(context, example_threads(s->threads)));
   OK(sph_context_set_isa(context, example_isa(s->isa)));
   OK(sph_kernel_find(context, s->kernel, &kernel));
-  OK(sph_kernel_create(context, kernel, dim, s->h_ratio * dx, &f->kernel));
+  const double h_ratio = s->h_ratio > 0 ? s->h_ratio : is_incompressible(s) ? 1.5 : 2;
+  OK(sph_kernel_create(context, kernel, dim, h_ratio * dx, &f->kernel));
   OK(sph_particles_create(context, dim, dx, &f->water));
   OK(sph_particles_set_name(f->water, "water"));
 }
@@ -52,6 +53,7 @@ void example_flow_solve(const example_scheme *s, double c0, example_flow *f) {
     if (f->more[k]) OK(sph_boundary_add_wall(f->ghosts, f->more[k]));
   if (is_incompressible(s)) {
     OK(sph_isph_create(context, f->kernel, f->water, f->ghosts, &f->integrator));
+    OK(sph_isph_set_laminar_viscosity(f->integrator, s->nu));
     OK(sph_integrator_set_courant(f->integrator, s->courant));
     OK(sph_integrator_set_dt(f->integrator, s->dt));
     return;

@@ -31,14 +31,15 @@ typedef enum sph_isph_laplacian {
  * A step of dt, with W, V and ghosts at r* = r^n + dt u^n:
  *
  *     u*_i = u_i^n + dt (nu lap u_i + g)
- *     sum_j a_ij (p_j - p_i) = (rho0/dt) (sum_j V_j (u*_j - u*_i) . grad_i W_ij + theta (1 - C_i/C0)/dt)
+ *     sum_j a_ij (p_j - p_i) = (rho0/dt) (sum_j V_j (u*_j - u*_i) . grad_i W_ij + theta (1 - C_i/C0) |u_i|/h)
  *     a_ij = -2 tr(M_i^-1)/dim V_j (dW/dr)/r (1 + x_ij . M_i^-1 N_i)
  *     u_i^(n+1) = u*_i - dt (grad p)_i / rho0,   r_i^(n+1) = r_i^n + dt/2 (u_i^n + u_i^(n+1)) + shift
  *
- * with p = 0 where the divergence of positions is below the surface's threshold, M_i = sum_j V_j x_ji (x) grad W,
- * N_i = sum_j V_j grad W, C_i = sum_j V_j W. Ghosts have the pressure of their mirror point and of the
+ * M_i = sum_j V_j x_ji (x) grad W,
+ * N_i = sum_j V_j grad W, C_i = sum_j V_j W. A particle at the surface is taken to be half a spacing
+ * below it: its pressure follows by straight lines from those of its neighbours in the bulk. Ghosts have the pressure of their mirror point and of the
  * force and acceleration of the wall. Until set otherwise: rho0 = 1000, g = (0, -9.81) or (0, 0, -9.81), nu = 0,
- * corrected gradient and Laplacian, theta = 0.01, shifting 2. The first step, or the first probe, makes
+ * corrected gradient and Laplacian, theta = 0.02, shifting 2. The first step, or the first probe, makes
  * the pressure of the state at the start.
  *
  * Ownership  references to all are kept; a boundary belongs to one integrator at a time. The particles get
@@ -115,37 +116,42 @@ SPH_API SPH_NODISCARD sph_status sph_isph_set_gradient(sph_integrator *integrato
 SPH_API SPH_NODISCARD sph_status sph_isph_set_laplacian(sph_integrator *integrator,
                                                         sph_isph_laplacian kind);
 
-/** Particles whose divergence of positions, dim in the bulk, is below this are the free surface; 1.5 in 2D
- * and 2.4 in 3D until called, 0 for a fluid without surface.
+/** Particles whose divergence of positions, dim in the bulk, is below this are the free surface, unless one
+ * within 2 spacings and 45 degrees of the outward normal covers them; 1.75 in 2D and 2.7 in 3D until
+ * called, 0 for a fluid without surface.
  *
  * Units      dimensionless, 0 to below dim
  * Parallel   not while another call uses the context
  * Errors     SPH_E_ARGUMENT integrator NULL, out of range; SPH_E_TYPE another method
- * Source     Lee et al. (2008); Liang et al. (2017), eq. (13), with the sign set right
+ * Source     Lee et al. (2008); Liang et al. (2017), eq. (13), with the sign set right; Marrone et al. (2010),
+ *            doi:10.1016/j.jcp.2010.01.019, for what covers; differs: a plain cone
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_isph_set_surface_threshold(sph_integrator *integrator,
                                                                 double threshold);
 
-/** Share of a particle's lack or surplus of filling that a step takes away; 0.01 until called, 0: none.
+/** Share of a particle's lack or surplus of filling that goes while it moves by h; 0.02 until called, 0:
+ * none. Near the surface only a surplus counts.
  *
  * Units      dimensionless, 0 to 1
  * Parallel   not while another call uses the context
  * Errors     SPH_E_ARGUMENT integrator NULL, out of range; SPH_E_TYPE another method
- * Source     Asai et al. (2012), doi:10.1155/2012/139583; differs: filling instead of density
+ * Source     Asai et al. (2012), doi:10.1155/2012/139583; differs: filling instead of density, at a rate of
+ *            |u|/h instead of 1/dt, with which pressures would grow as steps get shorter
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_isph_set_density_correction(sph_integrator *integrator,
                                                                  double theta);
 
-/** Shift particles by -factor h |u| dt grad C in a step, 0.1 spacings at most and not near the surface; 2
+/** Shift particles by -factor h max|u| dt grad C in a step, 0.1 spacings at most and not near the surface; 2
  * until called, 0: not at all.
  *
  * Units      dimensionless, 0 to 10
  * Parallel   not while another call uses the context
  * Errors     SPH_E_ARGUMENT integrator NULL, out of range; SPH_E_TYPE another method
  * Source     Lind et al. (2012), doi:10.1016/j.jcp.2011.10.027; Skillen et al. (2013),
- *            doi:10.1016/j.cma.2013.05.017; differs: velocities are not interpolated anew
+ *            doi:10.1016/j.cma.2013.05.017; differs: the fastest speed, since waves stretch particles into
+ *            rows where they are slow; velocities are not interpolated anew
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_isph_set_shifting(sph_integrator *integrator, double factor);
@@ -193,7 +199,7 @@ SPH_API SPH_NODISCARD sph_status sph_isph_add_damping_zone(sph_integrator *integ
  */
 SPH_API SPH_NODISCARD sph_status sph_isph_set_skin(sph_integrator *integrator, double skin);
 
-/** The solver of the pressure equation, for settings and numbers: BiCGStab to 1e-6 from the last pressure.
+/** The solver of the pressure equation, for settings and numbers: BiCGStab to 1e-8 from the last pressure.
  *
  * A step whose equation is not solved within the solver's limit is SPH_E_NOT_CONVERGED: particles and time
  * are as before the step, with the best pressure that was found; set another limit or tolerance and

@@ -131,8 +131,8 @@ typedef struct sphi_ghost_rows {
 } sphi_ghost_rows;
 
 void sphi_ghost_rows_free(sph_context *context, sphi_ghost_rows *rows);
-/* Rows for the fluid at x with these volumes, walls as they are at time t: weights of the kernel, exact for
- * linear pressures if the interpolator is of a kind that is, or for those in fluid at rest. Ghosts whose mirror
+/* Rows for the fluid at x with these volumes, walls as they are at time t: weights of the kernel, with which
+ * water at rest is exact. Ghosts whose mirror
  * points are not in the fluid lose their volume at the next update. */
 sph_status sphi_boundary_rows(sph_boundary *boundary, const sphi_frame *frame, double *const *x,
                               const double *volume, const sphi_body_force *force, double t,

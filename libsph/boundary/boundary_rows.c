@@ -4,45 +4,6 @@
 /* In spacings, how far from the nearest particle a mirror point is that is in the fluid, and one that is not. */
 static const double INSIDE = 0.7, OUTSIDE = 0.95;
 
-/* Weights of W V at the neighbours of a mirror point, made exact for linear fields if that is well posed: with
- * one-sided support weights grow, and then stay as they are. */
-static bool make_linear(const int dim, int32_t count, const double *away, double h,
-                        double *weight) {
-  double a[SPHI_MAX_DIM + 1][SPHI_MAX_DIM + 2] = {{0}};
-  for (int32_t k = 0; k < count; k++) {
-    double basis[SPHI_MAX_DIM + 1] = {1};
-    for (int d = 0; d < dim; d++) basis[1 + d] = away[k * SPHI_MAX_DIM + d] / h;
-    for (int p = 0; p <= dim; p++)
-      for (int q = 0; q <= dim; q++) a[p][q] += weight[k] * basis[p] * basis[q];
-  }
-  a[0][dim + 1] = 1;
-  for (int p = 0; p <= dim; p++) { /* symmetric and positive: no pivots are needed */
-    if (!(a[p][p] > 0.02 * a[0][0] * (p ? 0.1 : 1))) return false;
-    for (int q = p + 1; q <= dim; q++) {
-      const double factor = a[q][p] / a[p][p];
-      for (int r = p; r <= dim + 1; r++) a[q][r] -= factor * a[p][r];
-    }
-  }
-  double beta[SPHI_MAX_DIM + 1], size = 0;
-  for (int p = dim; p >= 0; p--) {
-    beta[p] = a[p][dim + 1];
-    for (int q = p + 1; q <= dim; q++) beta[p] -= a[p][q] * beta[q];
-    beta[p] /= a[p][p];
-  }
-  for (int pass = 0; pass < 2; pass++) {
-    for (int32_t k = 0; k < count; k++) {
-      double factor = beta[0];
-      for (int d = 0; d < dim; d++) factor += beta[1 + d] * away[k * SPHI_MAX_DIM + d] / h;
-      if (pass == 0)
-        size += fabs(weight[k] * factor);
-      else
-        weight[k] *= factor;
-    }
-    if (size > 2) return false;
-  }
-  return true;
-}
-
 /* The row of wet ghost k, whose mirror point has `count` sources listed. */
 static void make_row(sph_boundary *boundary, const int dim, const sphi_frame *frame,
                      double *const *x, const double *volume, const sphi_body_force *force, double t,
@@ -74,11 +35,7 @@ static void make_row(sph_boundary *boundary, const int dim, const sphi_frame *fr
   const double nearest = sqrt(nearest2) / boundary->spacing;
   ghost->immersed = fmin(fmax((OUTSIDE - nearest) / (OUTSIDE - INSIDE), 0), 1);
   if (ghost->immersed == 0 || !(gamma > boundary->thin)) return;
-  const sph_interpolator_type type = boundary->interpolator->type;
-  const bool linear = type == SPH_INTERPOLATOR_MLS_LINEAR ||
-                      type == SPH_INTERPOLATOR_MLS_QUADRATIC || type == SPH_INTERPOLATOR_SFDI;
-  if (!(linear && make_linear(dim, kept, away, kernel->h, weight)))
-    for (int32_t s = 0; s < kept; s++) weight[s] /= gamma;
+  for (int32_t s = 0; s < kept; s++) weight[s] /= gamma;
   rows->at_ghost[k] = rows->at_foot[k] = sphi_wall_gradient(boundary, dim, k, force, t, rho0, push);
   for (int32_t s = 0; s < kept; s++)
     for (int d = 0; d < dim; d++) moment[d] += weight[s] * away[s * SPHI_MAX_DIM + d];

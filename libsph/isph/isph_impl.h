@@ -11,8 +11,9 @@
 enum {
   ISPH_DIVERGENCE,
   ISPH_FILLING,
-  ISPH_NORMAL,                   /* 3 */
-  ISPH_MOMENT = ISPH_NORMAL + 3, /* 6; its inverse once `prepare_rows` has run */
+  ISPH_NORMAL,                  /* 3 */
+  ISPH_WALLS = ISPH_NORMAL + 3, /* 3 */
+  ISPH_MOMENT = ISPH_WALLS + 3, /* 6; its inverse once `prepare_rows` has run */
   ISPH_SCALE = ISPH_MOMENT + 6,
   ISPH_TILT,                 /* 3 */
   ISPH_PUSH = ISPH_TILT + 3, /* 3: acceleration by a sum over pairs */

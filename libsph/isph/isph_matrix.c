@@ -6,6 +6,9 @@
 static const double SCALE_MAX = 3, TILT_MAX = 0.9, FULL = 0.97;
 /* In spacings, how far a particle looks for what covers it. */
 static const double COVER = 2;
+/* Neighbours within 1.5 spacings: fewer than a corner of the fluid has make a thread. */
+static const double NEXT = 1.5;
+#define FEW(dim) ((dim) == 2 ? 3 : 5)
 
 /* Inverse of the symmetric M, {xx yy xy} or {xx yy zz xy xz yz}, in place; false if it is not positive. */
 static bool invert(int dim, double *m) {
@@ -70,6 +73,27 @@ static bool is_covered(const sph_integrator *flow, int32_t cluster, int32_t i) {
   return false;
 }
 
+/* Drops and threads at a wall, whose ghosts make up for the neighbours that they lack: nothing holds the
+ * pressure of their rows. */
+static bool is_thread(const sph_integrator *flow, int32_t cluster, int32_t i) {
+  const int dim = flow->particles->dim;
+  double *const *x = flow->particles->field[SPHI_X].data;
+  const sphi_list_entry *near = &flow->list.entry[cluster];
+  const uint32_t *source = flow->list.part[near->part].source + near->offset;
+  const double reach2 = pow(NEXT * flow->particles->spacing, 2);
+  int next = -1; /* itself */
+  if (!flow->cloud.boundary || flow->cloud.ghost_list.entry[cluster].near == 0) return false;
+  for (int32_t k = 0; k < near->near && next < FEW(dim); k++) {
+    double r2 = 0;
+    for (int d = 0; d < dim; d++) {
+      const double away = sphi_frame_difference(&flow->frame, d, x[d][source[k]], x[d][i]);
+      r2 += away * away;
+    }
+    next += r2 < reach2;
+  }
+  return next < FEW(dim);
+}
+
 /* Particles with few neighbours that nothing covers are the surface, and those with next to none. */
 static void find_surface(sph_integrator *flow) {
   isph *s = isph_of(flow);
@@ -81,8 +105,8 @@ static void find_surface(sph_integrator *flow) {
       double trace = 0;
       for (int d = 0; d < flow->particles->dim; d++) trace += isph_get(flow, ISPH_MOMENT + d, i);
       isph_put(flow, ISPH_TRACE, i, trace);
-      s->surface[i] =
-          trace < s->threshold && (trace < 0.5 * s->threshold || !is_covered(flow, c, i));
+      s->surface[i] = trace < s->threshold ? trace < 0.5 * s->threshold || !is_covered(flow, c, i)
+                                           : is_thread(flow, c, i);
       surface += s->surface[i];
     }
   s->surface_count = surface;

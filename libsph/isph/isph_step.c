@@ -3,12 +3,16 @@
 #include "isph/isph_impl.h"
 
 /* In spacings, the farthest that a particle is shifted in a step; in shares of the full divergence of
- * positions, where shifting does not go across the surface any more. */
+ * positions, where shifting stops below the surface. It never goes towards a wall: ghosts do not move with
+ * particles, and would not push them back. */
 static const double SHIFT_MAX = 0.1, NEAR_SURFACE = 0.95;
 
 /* Time steps over sqrt(h / g): forces on walls are noisy from three times this on. What particles suffer in
  * impacts is no limit, since pressures would grow with shorter steps. */
 static const double FALL = 0.07;
+
+/* Over the same, what no flow needs: a particle has got an absurd speed. */
+static const double LEAST = 1e-5;
 
 static double **field(const sph_integrator *flow, int number) {
   return flow->particles->field[number].data;
@@ -105,7 +109,10 @@ static sph_status project(sph_integrator *flow, double t, double dt) {
   SPH_TRY(sphi_cloud_update_ghosts(flow, t, dt));
   sphi_projection_arguments a = {.divergence = s->array[ISPH_DIVERGENCE],
                                  .filling = s->array[ISPH_FILLING]};
-  for (int d = 0; d < dim; d++) a.normal[d] = s->array[ISPH_NORMAL + d];
+  for (int d = 0; d < dim; d++) {
+    a.normal[d] = s->array[ISPH_NORMAL + d];
+    a.walls[d] = s->array[ISPH_WALLS + d];
+  }
   for (int k = 0; k < (dim == 2 ? 3 : 6); k++) a.moment[k] = s->array[ISPH_MOMENT + k];
   sphi_cloud_sweep(flow, SPHI_OPERATOR_projection, &a);
   return sphi_isph_solve(flow, dt);
@@ -162,6 +169,14 @@ static void shift(const sph_integrator *flow, int32_t i, double speed, double dt
   for (int d = 0; d < dim && size > most; d++) by[d] *= most / size;
   if (trace < NEAR_SURFACE * dim)
     for (int d = 0; d < dim; d++) by[d] = 0;
+  double wall2 = 0, towards = 0;
+  for (int d = 0; d < dim; d++) {
+    const double wall = isph_get(flow, ISPH_WALLS + d, i);
+    wall2 += wall * wall;
+    towards += wall * by[d];
+  }
+  for (int d = 0; d < dim && towards > 0; d++)
+    by[d] -= towards / wall2 * isph_get(flow, ISPH_WALLS + d, i);
 }
 
 sph_status sphi_isph_step(sph_integrator *flow, double dt) {
@@ -246,7 +261,7 @@ double sphi_isph_limit(const sph_integrator *flow, sph_limiter *limiter) {
     dt = 0.125 * h * h / s->nu;
     *limiter = SPH_LIMITER_VISCOSITY;
   }
-  return dt;
+  return push > 0 && dt < LEAST * sqrt(h / push) ? 0 : dt;
 }
 
 /* The pressure that the state has before any step. */

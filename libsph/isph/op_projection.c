@@ -4,7 +4,7 @@
  *   D_i = sum_j V_j (u_j - u_i) . grad_i W_ij                                                 (2)
  *   C_i = sum_j V_j W_ij                                                                      (3)
  *
- * The trace of M is the divergence of positions, which tells the free surface.
+ * and the share of the ghosts in N. The trace of M is the divergence of positions, which tells the free surface.
  */
 #define OPERATOR projection
 #define OP_PRUNES 1
@@ -23,6 +23,7 @@ typedef struct op_sums {
   vreal m[6]; /* xx yy xy | xx yy zz xy xz yz */
   vreal n[3];
   vreal divergence, filling;
+  vreal walls[3];
 } op_sums;
 
 SPHI_INLINE void op_load(const op_arguments *a, const int dim, const real *record, const int stride,
@@ -60,7 +61,11 @@ SPHI_INLINE void op_pair(const op_arguments *a, const int dim, const op_targets 
 SPHI_INLINE void op_pair_second(const op_arguments *a, const int dim, const op_targets *t,
                                 const real *source, const pair *g, op_sums *s) {
   (void)a;
-  add_pair(dim, t, source, g, ghost_gw(dim, source, g), s);
+  vreal gradient[3];
+  const vreal gw = ghost_gw(dim, source, g);
+  add_pair(dim, t, source, g, gw, s);
+  pair_gradient(dim, gw, source[SPHI_RECORD_V(dim)], g, gradient);
+  for (int d = 0; d < dim; d++) s->walls[d] += gradient[d];
 }
 
 SPHI_INLINE void op_store(const op_arguments *a, const int dim, int32_t first, int32_t count,
@@ -68,7 +73,10 @@ SPHI_INLINE void op_store(const op_arguments *a, const int dim, int32_t first, i
   (void)t;
   lanes_store((real *)a->divergence + first, count, s->divergence);
   lanes_store((real *)a->filling + first, count, s->filling);
-  for (int d = 0; d < dim; d++) lanes_store((real *)a->normal[d] + first, count, s->n[d]);
+  for (int d = 0; d < dim; d++) {
+    lanes_store((real *)a->normal[d] + first, count, s->n[d]);
+    lanes_store((real *)a->walls[d] + first, count, s->walls[d]);
+  }
   for (int k = 0; k < (dim == 2 ? 3 : 6); k++)
     lanes_store((real *)a->moment[k] + first, count, -s->m[k]);
 }

@@ -9,6 +9,7 @@
 typedef struct sphi_projection_arguments {
   void *divergence, *filling; /* [n] */
   void *normal[3];            /* [n] N */
+  void *walls[3];             /* [n] what of it is of ghosts: towards walls */
   void *moment[6];            /* [n] M: xx yy xy | xx yy zz xy xz yz */
 } sphi_projection_arguments;
 
