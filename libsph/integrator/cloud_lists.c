@@ -41,8 +41,7 @@ static double choose_skin(const sph_integrator *flow) {
   return fmin(fmax(best, 2.2 * travel), 0.5);
 }
 
-/* Sorts and lists everything for the positions now. */
-sph_status sphi_cloud_build(sph_integrator *flow) {
+static sph_status build(sph_integrator *flow) {
   sphi_cloud *c = &flow->cloud;
   /* The first lists are as long as any later ones, so that these find room. */
   const double skin = fmax(choose_skin(flow), c->prepared ? 0 : c->skin);
@@ -71,6 +70,12 @@ sph_status sphi_cloud_build(sph_integrator *flow) {
                              &c->ghost_list));
   flow->stats.seconds_search += sphi_seconds() - begin;
   return SPH_OK;
+}
+
+sph_status sphi_cloud_build(sph_integrator *flow) {
+  const sph_status status = build(flow);
+  if (status != SPH_OK) flow->revision = -1; /* whatever is half done is done anew */
+  return status;
 }
 
 /* Bounding box of particles and ghosts, made larger by its own size. */
