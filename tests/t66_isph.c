@@ -24,16 +24,11 @@ static flow_world tank(flow_plan plan, double height, double jitter) {
   return w;
 }
 
-/* Largest error of the pressure over rho g H, and its root mean square. */
-static double pressure_error(const flow_world *w, double height, double *rms) {
-  double *x = flow_read(w, SPH_POSITION), *p = flow_read(w, SPH_PRESSURE), most = 0, sum2 = 0;
-  const sph_index n = sph_particles_count(w->water);
-  for (sph_index k = 0; k < n; k++) {
-    const double error = p[k] / (rho0 * g * height) - 1 + x[w->dim * k + w->dim - 1] / height;
-    most = fmax(most, fabs(error));
-    sum2 += error * error;
-  }
-  *rms = sqrt(sum2 / n);
+/* Largest error of the pressure over rho g H. */
+static double pressure_error(const flow_world *w, double height) {
+  double *x = flow_read(w, SPH_POSITION), *p = flow_read(w, SPH_PRESSURE), most = 0;
+  for (sph_index k = 0; k < sph_particles_count(w->water); k++)
+    most = fmax(most, fabs(p[k] / (rho0 * g * height) - 1 + x[w->dim * k + w->dim - 1] / height));
   free(x);
   free(p);
   return most;
@@ -64,9 +59,9 @@ static void water_at_rest_stays_at_rest(void) {
                                     .boundary = cases[k].boundary,
                                     .precision = SPH_PRECISION_DOUBLE},
                         height, 0);
-    double force[3], rms;
+    double force[3];
     flow_steps(&w, 40);
-    SPH_TEST_BELOW(pressure_error(&w, height, &rms), 1e-5);
+    SPH_TEST_BELOW(pressure_error(&w, height), 1e-5);
     SPH_TEST_BELOW(largest_speed(&w), 1e-5 * sqrt(g * height));
     SPH_TEST_OK(w.context, sph_boundary_read_force(w.boundary, 0, force));
     const double area = w.dim == 2 ? 4 * height : 8 * height * height;
@@ -76,27 +71,12 @@ static void water_at_rest_stays_at_rest(void) {
   }
 }
 
-/* Half a per cent in the mean; single particles at the surface do worse. */
-static void disordered_water_comes_to_rest(void) {
-  flow_world w =
-      tank((flow_plan){.dx = 0.0125, .boundary = SPH_INTERPOLATOR_IMPROVED_SHEPARD}, 0.3, 0.1);
-  SPH_TEST_OK(w.context, sph_integrator_advance(w.flow, 0.5));
-  sph_energy energy;
-  double rms;
-  pressure_error(&w, 0.3, &rms);
-  SPH_TEST_BELOW(rms, 5e-3);
-  SPH_TEST_OK(w.context, sph_isph_get_energy(w.flow, &energy));
-  const double mass = rho0 * 4 * 0.3 * 0.3;
-  SPH_TEST_BELOW(sqrt(2 * energy.kinetic / mass), 5e-3 * sqrt(g * 0.3));
-  flow_free(&w);
-}
-
 /* Vortices in a box that repeats: u decays by exp(-2 nu k^2 t). No surface: the system is singular. */
 static void vortices_decay_as_they_should(void) {
   const double nu = 0.01, side = 1, k = 2 * pi / side;
   double error[2];
   for (int fine = 0; fine < 2; fine++) {
-    flow_world w = flow_open((flow_plan){.dx = fine ? 0.025 : 0.05,
+    flow_world w = flow_open((flow_plan){.dx = fine ? 0.02 : 0.04,
                                          .kernel = SPH_KERNEL_WENDLAND_C2,
                                          .ratio = 1.8,
                                          .incompressible = true});
@@ -115,6 +95,8 @@ static void vortices_decay_as_they_should(void) {
     SPH_TEST_OK(w.context, sph_isph_set_gravity(w.flow, (const double[]){0, 0}));
     SPH_TEST_OK(w.context, sph_isph_set_laminar_viscosity(w.flow, nu));
     SPH_TEST_OK(w.context, sph_isph_set_surface_threshold(w.flow, 0));
+    /* It is the divergence's adjoint, so that it gives no energy. */
+    SPH_TEST_OK(w.context, sph_isph_set_gradient(w.flow, SPH_ISPH_GRADIENT_CONSERVATIVE));
     SPH_TEST_OK(w.context, sph_integrator_advance(w.flow, 0.3));
     int64_t surface = -1;
     SPH_TEST_OK(w.context, sph_isph_count_surface(w.flow, &surface));
@@ -135,7 +117,7 @@ static void vortices_decay_as_they_should(void) {
     flow_free(&w);
   }
   SPH_TEST_BELOW(error[1], 0.05);
-  SPH_TEST_BELOW(error[1], 0.8 * error[0]); /* shifting leaves it between first order and none */
+  SPH_TEST_BELOW(error[1], 0.8 * error[0]);
 }
 
 /* A standing wave of one wavelength: its period is that of linear theory within 1 %. */
@@ -326,7 +308,6 @@ static void any_allocation_may_fail(void) {
 }
 
 SPH_TEST_MAIN("incompressible SPH", {"water at rest stays at rest", water_at_rest_stays_at_rest},
-              {"disordered water comes to rest", disordered_water_comes_to_rest},
               {"vortices decay as they should", vortices_decay_as_they_should},
               {"a standing wave swings in its period", a_standing_wave_swings_in_its_period},
               {"water has its mass in a tank that starts",

@@ -1,5 +1,6 @@
 /** @file
- * Incompressible SPH by projection (Lee et al. 2008, Liang et al. 2017), behind an integrator.
+ * Incompressible SPH by projection (Lee et al. 2008, Liang et al. 2017), behind an integrator. Not finished:
+ * docs/isph.md says what it can do.
  */
 #ifndef SPH_ISPH_H
 #define SPH_ISPH_H
