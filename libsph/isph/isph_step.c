@@ -248,8 +248,7 @@ double sphi_isph_limit(const sph_integrator *flow, sph_limiter *limiter) {
   const isph *s = isph_of(flow);
   const double h = flow->kernel->h, *g = flow->cloud.force.constant;
   const double speed = fmax(flow->stats.max_speed, sphi_cloud_wall_speed(flow));
-  const double push =
-      fmax(flow->stats.max_acceleration, sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]));
+  const double push = sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
   double dt = HUGE_VAL;
   *limiter = SPH_LIMITER_VELOCITY;
   if (speed > 0) dt = sphi_integrator_courant(flow) * h / speed;
