@@ -304,8 +304,7 @@ static int64_t make_row(sph_integrator *flow, int32_t cluster, int32_t lane, boo
 static void make_rows(sph_integrator *flow, bool fill) {
   isph *s = isph_of(flow);
   const int32_t n = flow->particles->n;
-  const int threads = flow->context->threads;
-#pragma omp parallel num_threads(threads) if (n > 1024)
+#pragma omp parallel num_threads(flow->context->threads) if (n > 1024)
   {
     int32_t *mark = s->mark + (int64_t)n * sphi_thread();
 #pragma omp for schedule(dynamic, 16)
