@@ -132,7 +132,8 @@ SPH_API double sph_integrator_stable_dt(const sph_integrator *integrator);
  *
  * Parallel   not while another call uses the context; threads inside as the context says
  * Errors     SPH_E_ARGUMENT integrator NULL, or the particles or walls do not fit together (first
- *            step, or after the caller changed the particles); SPH_E_DIVERGED; SPH_E_MEMORY
+ *            step, or after the caller changed the particles); SPH_E_DIVERGED; SPH_E_NOT_CONVERGED
+ *            the pressure equation of incompressible flow, see sph_isph_get_solver(); SPH_E_MEMORY
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_integrator_step(sph_integrator *integrator);

@@ -126,8 +126,7 @@ typedef struct sphi_ghost_rows {
   int32_t *column; /* numbers of particles in storage order */
   double *weight;
   double *at_ghost, *at_foot; /* [wet] Pa */
-  double *away;               /* scratch */
-  int64_t capacity[7];
+  int64_t capacity[6];
 } sphi_ghost_rows;
 
 void sphi_ghost_rows_free(sph_context *context, sphi_ghost_rows *rows);

@@ -12,8 +12,7 @@ static void make_row(sph_boundary *boundary, const int dim, const sphi_frame *fr
   const sph_kernel *kernel = boundary->interpolator->kernel;
   sphi_wet_ghost *ghost = &boundary->wet[k];
   int32_t *column = rows->column + rows->first[k];
-  double *weight = rows->weight + rows->first[k],
-         *away = rows->away + rows->first[k] * SPHI_MAX_DIM;
+  double *weight = rows->weight + rows->first[k], away[SPHI_MAX_DIM] = {0};
   double gamma = 0, nearest2 = HUGE_VAL, moment[SPHI_MAX_DIM] = {0}, push[SPHI_MAX_DIM];
   int32_t kept = 0;
   rows->count[k] = 0;
@@ -22,14 +21,14 @@ static void make_row(sph_boundary *boundary, const int dim, const sphi_frame *fr
     const int32_t j = (int32_t)source[s];
     double r2 = 0;
     for (int d = 0; d < dim; d++) {
-      const double dx = sphi_frame_difference(frame, d, x[d][j], boundary->mirrors.x[d][k]);
-      away[kept * SPHI_MAX_DIM + d] = dx;
-      r2 += dx * dx;
+      away[d] = sphi_frame_difference(frame, d, x[d][j], boundary->mirrors.x[d][k]);
+      r2 += away[d] * away[d];
     }
     if (r2 >= kernel->support * kernel->support) continue;
     nearest2 = fmin(nearest2, r2);
     column[kept] = j;
     weight[kept] = volume[j] * sph_kernel_w(kernel, sqrt(r2));
+    for (int d = 0; d < dim; d++) moment[d] += weight[kept] * away[d];
     gamma += weight[kept++];
   }
   const double nearest = sqrt(nearest2) / boundary->spacing;
@@ -37,11 +36,9 @@ static void make_row(sph_boundary *boundary, const int dim, const sphi_frame *fr
   if (ghost->immersed == 0 || !(gamma > boundary->thin)) return;
   for (int32_t s = 0; s < kept; s++) weight[s] /= gamma;
   rows->at_ghost[k] = rows->at_foot[k] = sphi_wall_gradient(boundary, dim, k, force, t, rho0, push);
-  for (int32_t s = 0; s < kept; s++)
-    for (int d = 0; d < dim; d++) moment[d] += weight[s] * away[s * SPHI_MAX_DIM + d];
   for (int d = 0; d < dim; d++) {
-    rows->at_ghost[k] += push[d] * (ghost->to_ghost[d] - moment[d]);
-    rows->at_foot[k] += push[d] * (ghost->to_foot[d] - moment[d]);
+    rows->at_ghost[k] += push[d] * (ghost->to_ghost[d] - moment[d] / gamma);
+    rows->at_foot[k] += push[d] * (ghost->to_foot[d] - moment[d] / gamma);
   }
   rows->count[k] = kept;
 }
@@ -53,7 +50,6 @@ void sphi_ghost_rows_free(sph_context *context, sphi_ghost_rows *rows) {
   sphi_free(context, rows->at_foot);
   sphi_free(context, rows->column);
   sphi_free(context, rows->weight);
-  sphi_free(context, rows->away);
   memset(rows, 0, sizeof *rows);
 }
 
@@ -69,8 +65,7 @@ static sph_status reserve_rows(sph_context *context, sphi_ghost_rows *rows, int6
       {(void **)&rows->at_ghost, &rows->capacity[2], ghosts, sizeof *rows->at_ghost},
       {(void **)&rows->at_foot, &rows->capacity[3], ghosts, sizeof *rows->at_foot},
       {(void **)&rows->column, &rows->capacity[4], entries, sizeof *rows->column},
-      {(void **)&rows->weight, &rows->capacity[5], entries, sizeof *rows->weight},
-      {(void **)&rows->away, &rows->capacity[6], entries * SPHI_MAX_DIM, sizeof *rows->away}};
+      {(void **)&rows->weight, &rows->capacity[5], entries, sizeof *rows->weight}};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) {
     const int64_t count = arrays[k].count, head = count > *arrays[k].capacity ? count / 4 : 0;
     SPH_CHECK(context,

@@ -22,7 +22,7 @@ enum {
 };
 
 typedef struct isph {
-  double nu, courant, threshold, theta, shifting;
+  double nu, threshold, theta, shifting;
   sph_isph_gradient gradient;
   sph_isph_laplacian laplacian;
   sph_solver *solver;
@@ -31,7 +31,7 @@ typedef struct isph {
   int64_t array_capacity[ISPH_ARRAYS];
   double *between[SPHI_MAX_DIM]; /* [n] velocities before pressure acts */
   int64_t between_capacity[SPHI_MAX_DIM];
-  uint8_t *surface; /* [n] 1: pressure 0 */
+  uint8_t *surface; /* [n] 1: at the free surface */
   int64_t surface_capacity;
   int64_t surface_count;
   int64_t *place[2]; /* see op_laplacian */
@@ -60,6 +60,18 @@ static inline void isph_put(const sph_integrator *flow, int array, int64_t i, do
     ((double *)at)[i] = value;
   else
     ((float *)at)[i] = (float)value;
+}
+
+/* The packed symmetric matrix of particle i in ISPH_MOMENT, {xx yy xy} or {xx yy zz xy xz yz}, times v. */
+static inline void isph_times_moment(const sph_integrator *flow, int64_t i, const double *v,
+                                     double *out) {
+  static const int at[2][3][3] = {{{0, 2}, {2, 1}}, {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}}};
+  const int dim = flow->particles->dim;
+  for (int d = 0; d < dim; d++) {
+    out[d] = 0;
+    for (int e = 0; e < dim; e++)
+      out[d] += isph_get(flow, ISPH_MOMENT + at[dim - 2][d][e], i) * v[e];
+  }
 }
 
 sph_status sphi_isph_refresh(sph_integrator *flow);

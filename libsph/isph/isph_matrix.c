@@ -120,31 +120,20 @@ static void prepare_rows(sph_integrator *flow) {
   const double reach = flow->kernel->support;
 #pragma omp parallel for num_threads(flow->context->threads) schedule(static) if (n > 1024)
   for (int32_t i = 0; i < n; i++) {
-    double m[6], normal[SPHI_MAX_DIM], tilt[SPHI_MAX_DIM] = {0}, size2 = 0, scale = 0;
+    double m[6], normal[SPHI_MAX_DIM], tilt[SPHI_MAX_DIM], size2 = 0, scale = 0;
     for (int k = 0; k < terms; k++) m[k] = isph_get(flow, ISPH_MOMENT + k, i);
-    for (int d = 0; d < dim; d++) {
-      normal[d] = isph_get(flow, ISPH_NORMAL + d, i);
-    }
     const bool regular = invert(dim, m);
     for (int d = 0; d < dim; d++) scale += m[d] / dim;
-    if (!regular || scale > SCALE_MAX) { /* no correction */
-      for (int k = 0; k < terms; k++) m[k] = k < dim;
-      scale = 1;
-    } else if (s->laplacian == SPH_ISPH_LAPLACIAN_SIMPLE || s->surface[i]) {
-      scale = 1;
-    } else {
-      static const int at2[2][2] = {{0, 2}, {2, 1}};
-      static const int at3[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
-      for (int d = 0; d < dim; d++) {
-        for (int e = 0; e < dim; e++) tilt[d] += m[dim == 2 ? at2[d][e] : at3[d][e]] * normal[e];
-        size2 += tilt[d] * tilt[d];
-      }
-      const double most = TILT_MAX / reach, size = sqrt(size2);
-      for (int d = 0; d < dim && size > most; d++) tilt[d] *= most / size;
-    }
-    for (int k = 0; k < terms; k++) isph_put(flow, ISPH_MOMENT + k, i, m[k]);
-    isph_put(flow, ISPH_SCALE, i, scale);
-    for (int d = 0; d < dim; d++) isph_put(flow, ISPH_TILT + d, i, tilt[d]);
+    const bool correct = regular && scale <= SCALE_MAX;
+    for (int k = 0; k < terms; k++) isph_put(flow, ISPH_MOMENT + k, i, correct ? m[k] : k < dim);
+    const bool plain = !correct || s->laplacian == SPH_ISPH_LAPLACIAN_SIMPLE || s->surface[i] != 0;
+    for (int d = 0; d < dim; d++) normal[d] = plain ? 0 : isph_get(flow, ISPH_NORMAL + d, i);
+    isph_times_moment(flow, i, normal, tilt);
+    for (int d = 0; d < dim; d++) size2 += tilt[d] * tilt[d];
+    const double most = TILT_MAX / reach, size = sqrt(size2);
+    isph_put(flow, ISPH_SCALE, i, plain ? 1 : scale);
+    for (int d = 0; d < dim; d++)
+      isph_put(flow, ISPH_TILT + d, i, size > most ? tilt[d] * most / size : tilt[d]);
   }
 }
 

@@ -62,6 +62,18 @@ static void set_masses(sph_integrator *flow) {
   }
 }
 
+/* How the ghosts' pressures follow from the fluid's where it is now. */
+static sph_status find_rows(sph_integrator *flow, double t) {
+  sph_boundary *boundary = flow->cloud.boundary;
+  const double begin = sphi_seconds();
+  if (!boundary) return SPH_OK;
+  if (sphi_boundary_moves(boundary)) SPH_TRY(sphi_boundary_move(boundary, t));
+  SPH_TRY(sphi_boundary_rows(boundary, &flow->frame, field(flow, SPHI_X), field(flow, SPHI_VOL)[0],
+                             &flow->cloud.force, t, flow->cloud.rho0, &isph_of(flow)->rows));
+  flow->stats.seconds_boundary += sphi_seconds() - begin;
+  return SPH_OK;
+}
+
 /* Velocities at the end of the step but for the pressure, from records of positions there and velocities at
  * its start. */
 static sph_status predict(sph_integrator *flow, double t, double dt) {
@@ -88,24 +100,11 @@ static sph_status predict(sph_integrator *flow, double t, double dt) {
   return SPH_OK;
 }
 
-/* How the ghosts' pressures follow from the fluid's where it is now. */
-static sph_status find_rows(sph_integrator *flow, double t) {
-  sph_boundary *boundary = flow->cloud.boundary;
-  const double begin = sphi_seconds();
-  if (!boundary) return SPH_OK;
-  if (sphi_boundary_moves(boundary)) SPH_TRY(sphi_boundary_move(boundary, t));
-  SPH_TRY(sphi_boundary_rows(boundary, &flow->frame, field(flow, SPHI_X), field(flow, SPHI_VOL)[0],
-                             &flow->cloud.force, t, flow->cloud.rho0, &isph_of(flow)->rows));
-  flow->stats.seconds_boundary += sphi_seconds() - begin;
-  return SPH_OK;
-}
-
 /* The pressure for the positions in the records, and what it does to velocities. */
 static sph_status project(sph_integrator *flow, double t, double dt) {
   isph *s = isph_of(flow);
   const int dim = flow->particles->dim;
   pack(flow, s->between);
-  SPH_TRY(find_rows(flow, t));
   SPH_TRY(sphi_cloud_update_ghosts(flow, t, dt));
   sphi_projection_arguments a = {.divergence = s->array[ISPH_DIVERGENCE],
                                  .filling = s->array[ISPH_FILLING]};
@@ -133,19 +132,11 @@ static void push(sph_integrator *flow) {
  * linear pressures. */
 static void correct(const sph_integrator *flow, int32_t i, double *a) {
   const int dim = flow->particles->dim;
-  double plain[SPHI_MAX_DIM], m[6];
+  double plain[SPHI_MAX_DIM];
   const double p = field(flow, SPHI_P)[0][i];
   for (int d = 0; d < dim; d++)
     plain[d] = a[d] + 2 * p * isph_get(flow, ISPH_NORMAL + d, i) / flow->cloud.rho0;
-  for (int k = 0; k < (dim == 2 ? 3 : 6); k++) m[k] = isph_get(flow, ISPH_MOMENT + k, i);
-  if (dim == 2) {
-    a[0] = m[0] * plain[0] + m[2] * plain[1];
-    a[1] = m[2] * plain[0] + m[1] * plain[1];
-  } else {
-    a[0] = m[0] * plain[0] + m[3] * plain[1] + m[4] * plain[2];
-    a[1] = m[3] * plain[0] + m[1] * plain[1] + m[5] * plain[2];
-    a[2] = m[4] * plain[0] + m[5] * plain[1] + m[2] * plain[2];
-  }
+  isph_times_moment(flow, i, plain, a);
 }
 
 /* How particle i is shifted against the gradient of the filling, so that particles do not line up along
@@ -154,24 +145,17 @@ static void shift(const sph_integrator *flow, int32_t i, double speed, double dt
   const isph *s = isph_of(flow);
   const int dim = flow->particles->dim;
   const double spacing = flow->particles->spacing;
-  double size = 0;
+  const bool still = s->surface[i] || isph_get(flow, ISPH_TRACE, i) < NEAR_SURFACE * dim;
+  double size2 = 0, wall2 = 0, towards = 0;
   for (int d = 0; d < dim; d++) {
-    by[d] = -s->shifting * flow->kernel->h * speed * dt * isph_get(flow, ISPH_NORMAL + d, i);
-    size += by[d] * by[d];
+    const double along = s->shifting * flow->kernel->h * speed * dt;
+    by[d] = still ? 0 : -along * isph_get(flow, ISPH_NORMAL + d, i);
+    size2 += by[d] * by[d];
   }
-  size = sqrt(size);
-  const double trace = isph_get(flow, ISPH_TRACE, i);
-  if (s->surface[i] || size == 0) {
-    for (int d = 0; d < dim; d++) by[d] = 0;
-    return;
-  }
-  const double most = SHIFT_MAX * spacing;
-  for (int d = 0; d < dim && size > most; d++) by[d] *= most / size;
-  if (trace < NEAR_SURFACE * dim)
-    for (int d = 0; d < dim; d++) by[d] = 0;
-  double wall2 = 0, towards = 0;
+  const double most = SHIFT_MAX * spacing, size = sqrt(size2);
   for (int d = 0; d < dim; d++) {
     const double wall = isph_get(flow, ISPH_WALLS + d, i);
+    if (size > most) by[d] *= most / size;
     wall2 += wall * wall;
     towards += wall * by[d];
   }
@@ -199,7 +183,8 @@ sph_status sphi_isph_step(sph_integrator *flow, double dt) {
   for (int d = 0; d < dim; d++)
     for (int32_t i = 0; i < n; i++) x[d][i] += dt * v[d][i];
   pack(flow, v);
-  sph_status status = predict(flow, t, dt);
+  sph_status status = find_rows(flow, t + dt);
+  if (status == SPH_OK) status = predict(flow, t, dt);
   if (status == SPH_OK) status = project(flow, t + dt, dt);
   if (status != SPH_OK) { /* as it was, with the best pressure there is */
     for (int d = 0; d < dim; d++)
@@ -273,6 +258,7 @@ static sph_status start(sph_integrator *flow) {
             "sph_integrator_set_dt");
   flow->cloud.travel = sphi_cloud_travel_in(flow, dt);
   pack(flow, field(flow, SPHI_V));
+  SPH_TRY(find_rows(flow, t));
   SPH_TRY(predict(flow, t, dt));
   SPH_TRY(project(flow, t, dt));
   flow->cloud.packed = false;

@@ -16,23 +16,6 @@ typedef struct run {
   double rho, alpha, omega;
 } run;
 
-/* s = r - alpha v in the place of r; ||s||. */
-static double half_step(const sph_solver *solver, const run *w) {
-  const sphi_blocks *blocks = &solver->blocks;
-  double sums[SPHI_SOLVER_MAX_BLOCKS];
-#pragma omp parallel for num_threads(blocks->threads) schedule(static) if (blocks->threads > 1)
-  for (int k = 0; k < blocks->count; k++) {
-    double sum = 0;
-    for (int64_t i = sphi_block_first(blocks, k); i < sphi_block_end(blocks, k); i++) {
-      const double s = w->r[i] - w->alpha * w->v[i];
-      w->r[i] = s;
-      sum += s * s;
-    }
-    sums[k] = sum;
-  }
-  return sqrt(sphi_block_sum(blocks, sums));
-}
-
 /* r = s - omega t; ||r|| and r0 . r. */
 static double full_step(const sph_solver *solver, const run *w, double *rho) {
   const sphi_blocks *blocks = &solver->blocks;
@@ -72,7 +55,7 @@ static bool step(sph_solver *solver, run *w, double r_first_norm, double *best) 
   sphi_solver_multiply(solver, w->p_hat, w->v, w->r_first, &product, &square);
   if (!(fabs(product) > nothing * r_first_norm * sqrt(square)) || !isfinite(square)) return false;
   w->alpha = w->rho / product;
-  const double s_norm = half_step(solver, w);
+  const double s_norm = sphi_solver_subtract(solver, w->r, w->alpha, w->v);
   w->omega = 0;
   double rho = 0, norm = s_norm;
   bool sound = isfinite(s_norm);

@@ -14,23 +14,6 @@ typedef struct run {
   double *x, *r, *p, *v, *z;
 } run;
 
-/* r -= alpha v; ||r||. */
-static double new_residual(const sph_solver *solver, const run *w, double alpha) {
-  const sphi_blocks *blocks = &solver->blocks;
-  double sums[SPHI_SOLVER_MAX_BLOCKS];
-#pragma omp parallel for num_threads(blocks->threads) schedule(static) if (blocks->threads > 1)
-  for (int k = 0; k < blocks->count; k++) {
-    double sum = 0;
-    for (int64_t i = sphi_block_first(blocks, k); i < sphi_block_end(blocks, k); i++) {
-      const double r = w->r[i] - alpha * w->v[i];
-      w->r[i] = r;
-      sum += r * r;
-    }
-    sums[k] = sum;
-  }
-  return sqrt(sphi_block_sum(blocks, sums));
-}
-
 /* z . r, z . v and z . z. */
 static void products(const sph_solver *solver, const run *w, double *zr, double *zv, double *zz) {
   const sphi_blocks *blocks = &solver->blocks;
@@ -83,7 +66,7 @@ static sph_status iterate(sph_solver *solver, double *x) {
     solver->stats.iterations++;
     sphi_solver_multiply(solver, w.p, w.v, w.p, &pv, &vv);
     if (!(pv > 0) || !isfinite(vv)) break; /* not positive definite */
-    const double alpha = rho / pv, norm = new_residual(solver, &w, alpha);
+    const double alpha = rho / pv, norm = sphi_solver_subtract(solver, w.r, alpha, w.v);
     if (!isfinite(norm)) break;
     if (norm > best && solver->r_norm == best) memcpy(vectors[SPHI_VECTOR_BEST], x, bytes);
     if (norm < best) best = norm;

@@ -123,15 +123,7 @@ static sph_status setup(sph_solver *solver) {
 }
 
 static float part(const factors *f, int64_t i, int32_t m, int32_t end) {
-  const int32_t *restrict columns = f->columns + f->start[i];
-  const float *restrict values = f->values + f->start[i], *z = f->z;
-  float s0 = 0, s1 = 0;
-  for (; m + 1 < end; m += 2) {
-    s0 += values[m] * z[columns[m]];
-    s1 += values[m + 1] * z[columns[m + 1]];
-  }
-  if (m < end) s0 += values[m] * z[columns[m]];
-  return s0 + s1;
+  return sphi_part_times(f->columns + f->start[i], f->values + f->start[i], f->z, m, end);
 }
 
 static void apply(sph_solver *solver, const double *r, double *z) {

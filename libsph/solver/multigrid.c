@@ -19,18 +19,6 @@ typedef struct transfer {
 
 static void cycle(sphi_multigrid *grid, int l, const transfer *finest);
 
-/* The sum of entries `m` to `end` of a row times z. */
-static inline float part(const int32_t *restrict columns, const float *restrict values,
-                         const float *z, int32_t m, int32_t end) {
-  float s0 = 0, s1 = 0;
-  for (; m + 1 < end; m += 2) {
-    s0 += values[m] * z[columns[m]];
-    s1 += values[m + 1] * z[columns[m + 1]];
-  }
-  if (m < end) s0 += values[m] * z[columns[m]];
-  return s0 + s1;
-}
-
 /* Smoothing forwards from zero in block k, z = r + (entries before) z, and what the block's other entries
  * make of it: the residual but for other blocks. It goes where the result will be. */
 static void forwards(const sphi_level *level, int k) {
@@ -39,11 +27,11 @@ static void forwards(const sphi_level *level, int k) {
   const int64_t begin = sphi_block_first(&level->blocks, k);
   const int64_t end = sphi_block_end(&level->blocks, k);
   for (int64_t i = begin; i < end; i++)
-    first[i] = r[i] + part(level->columns + level->start[i], level->values + level->start[i], first,
-                           0, level->before[i]);
+    first[i] = r[i] + sphi_part_times(level->columns + level->start[i],
+                                      level->values + level->start[i], first, 0, level->before[i]);
   for (int64_t i = begin; i < end; i++)
-    level->z[i] = part(level->columns + level->start[i], level->values + level->start[i], first,
-                       level->before[i], level->inside[i]);
+    level->z[i] = sphi_part_times(level->columns + level->start[i], level->values + level->start[i],
+                                  first, level->before[i], level->inside[i]);
 }
 
 /* Sums of residuals over aggregates: the right-hand side of the next level. */
@@ -57,8 +45,9 @@ static void restrict_residual(const sphi_level *level, sphi_level *coarse) {
       const int32_t i = level->members[m];
       float residual = level->z[i];
       if (level->total[i] > level->inside[i])
-        residual += part(level->columns + level->start[i], level->values + level->start[i],
-                         level->first, level->inside[i], level->total[i]);
+        residual +=
+            sphi_part_times(level->columns + level->start[i], level->values + level->start[i],
+                            level->first, level->inside[i], level->total[i]);
       sum += level->weight[i] * residual;
     }
     coarse->r[c] = sum * coarse->inverse_weight[c];
@@ -76,7 +65,7 @@ static void backwards(const sphi_level *level, const float *correction, int k) {
   for (int64_t i = end - 1; i >= begin; i--) {
     const int32_t *restrict columns = level->columns + level->start[i];
     const float *restrict values = level->values + level->start[i];
-    float sum = level->r[i] + part(columns, values, z, 0, level->inside[i]);
+    float sum = level->r[i] + sphi_part_times(columns, values, z, 0, level->inside[i]);
     for (int32_t m = level->inside[i]; m < level->total[i]; m++)
       sum += values[m] * (first[columns[m]] + correction[aggregate[columns[m]]]);
     z[i] = sum;
@@ -93,8 +82,9 @@ static void multiply(const sphi_level *level, float *v, double *vr, double *vv, 
   for (int k = 0; k < blocks->count; k++) {
     double r_sum = 0, v_sum = 0, c_sum = 0;
     for (int64_t i = sphi_block_first(blocks, k); i < sphi_block_end(blocks, k); i++) {
-      const float sum = z[i] - part(level->columns + level->start[i],
-                                    level->values + level->start[i], z, 0, level->total[i]);
+      const float sum =
+          z[i] - sphi_part_times(level->columns + level->start[i], level->values + level->start[i],
+                                 z, 0, level->total[i]);
       const float weighted = fabsf(level->weight[i]) * sum;
       r_sum += (double)(weighted * level->r[i]);
       v_sum += (double)(weighted * sum);

@@ -115,9 +115,23 @@ static inline double sphi_row_times(const sph_matrix *matrix, int64_t i, const d
   return s0 + s1;
 }
 
-/* y = A x, without its mean where the null space is asked for. u.y and y.y unless u is NULL. */
+/* The sum of entries `m` to `end` of a row of a preconditioner times z. */
+static inline float sphi_part_times(const int32_t *restrict columns, const float *restrict values,
+                                    const float *z, int32_t m, int32_t end) {
+  float s0 = 0, s1 = 0;
+  for (; m + 1 < end; m += 2) {
+    s0 += values[m] * z[columns[m]];
+    s1 += values[m + 1] * z[columns[m + 1]];
+  }
+  if (m < end) s0 += values[m] * z[columns[m]];
+  return s0 + s1;
+}
+
+/* y = A x, without its mean where the null space is asked for; u.y and y.y. */
 void sphi_solver_multiply(const sph_solver *solver, const double *x, double *y, const double *u,
                           double *uy, double *yy);
+/* r -= alpha v; ||r||. */
+double sphi_solver_subtract(const sph_solver *solver, double *r, double alpha, const double *v);
 double sphi_solver_dot(const sph_solver *solver, const double *a, const double *b);
 /* r = b - A x, without its mean where the null space is asked for; ||r||. */
 double sphi_solver_residual(const sph_solver *solver, const double *b, const double *x, double *r);

@@ -87,6 +87,22 @@ void sphi_solver_multiply(const sph_solver *solver, const double *x, double *y, 
   }
 }
 
+double sphi_solver_subtract(const sph_solver *solver, double *r, double alpha, const double *v) {
+  const sphi_blocks *blocks = &solver->blocks;
+  double sums[SPHI_SOLVER_MAX_BLOCKS];
+#pragma omp parallel for num_threads(blocks->threads) schedule(static) if (blocks->threads > 1)
+  for (int k = 0; k < blocks->count; k++) {
+    double sum = 0;
+    for (int64_t i = sphi_block_first(blocks, k); i < sphi_block_end(blocks, k); i++) {
+      const double left = r[i] - alpha * v[i];
+      r[i] = left;
+      sum += left * left;
+    }
+    sums[k] = sum;
+  }
+  return sqrt(sphi_block_sum(blocks, sums));
+}
+
 double sphi_solver_residual(const sph_solver *solver, const double *b, const double *x, double *r) {
   const sphi_blocks *blocks = &solver->blocks;
   double sums[SPHI_SOLVER_MAX_BLOCKS];
