@@ -96,8 +96,6 @@ static void vortices_decay_as_they_should(void) {
     SPH_TEST_OK(w.context, sph_isph_set_laminar_viscosity(w.flow, nu));
     SPH_TEST_OK(w.context, sph_isph_set_surface_threshold(w.flow, 0));
     SPH_TEST_OK(w.context, sph_integrator_set_courant(w.flow, 0.1));
-    /* It is the divergence's adjoint, so that it gives no energy. */
-    SPH_TEST_OK(w.context, sph_isph_set_gradient(w.flow, SPH_ISPH_GRADIENT_CONSERVATIVE));
     SPH_TEST_OK(w.context, sph_integrator_advance(w.flow, 0.3));
     int64_t surface = -1;
     SPH_TEST_OK(w.context, sph_isph_count_surface(w.flow, &surface));
@@ -269,7 +267,8 @@ static void wrong_settings_are_refused(void) {
                   "Laplacian must be one of");
   SPH_TEST_STATUS(c, sph_isph_set_surface_threshold(w.flow, 2), SPH_E_ARGUMENT, "below 2");
   SPH_TEST_STATUS(c, sph_isph_set_density_correction(w.flow, -0.1), SPH_E_ARGUMENT, "0 to 1");
-  SPH_TEST_STATUS(c, sph_isph_set_shifting(w.flow, NAN), SPH_E_ARGUMENT, "0 to 10");
+  SPH_TEST_STATUS(c, sph_isph_set_shifting(w.flow, NAN), SPH_E_ARGUMENT, "0 to 0.5");
+  SPH_TEST_STATUS(c, sph_isph_set_collisions(w.flow, 2), SPH_E_ARGUMENT, "0 to 1, got 2");
   SPH_TEST_STATUS(c, sph_isph_set_reference_density(w.flow, 0), SPH_E_ARGUMENT,
                   "reference density must be > 0");
   SPH_TEST_STATUS(c, sph_isph_get_solver(w.flow, NULL), SPH_E_ARGUMENT, "solver is NULL");
@@ -285,7 +284,7 @@ static void wrong_settings_are_refused(void) {
   const double lo[2] = {0, 0}, hi[2] = {1, 1};
   SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0));
   flow_build(&w);
-  SPH_TEST_STATUS(w.context, sph_isph_set_shifting(w.flow, 1), SPH_E_TYPE,
+  SPH_TEST_STATUS(w.context, sph_isph_set_shifting(w.flow, 0.1), SPH_E_TYPE,
                   "this setting is of \"isph\"");
   flow_free(&w);
 }

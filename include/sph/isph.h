@@ -32,15 +32,16 @@ typedef enum sph_isph_laplacian {
  * A step of dt, with W, V and ghosts at r* = r^n + dt u^n:
  *
  *     u*_i = u_i^n + dt (nu lap u_i + g)
- *     sum_j a_ij (p_j - p_i) = (rho0/dt) (sum_j V_j (u*_j - u*_i) . grad_i W_ij + theta (1 - C_i/C0) |u_i|/h)
- *     a_ij = -2 tr(M_i^-1)/dim V_j (dW/dr)/r (1 + x_ij . M_i^-1 N_i)
- *     u_i^(n+1) = u*_i - dt (grad p)_i / rho0,   r_i^(n+1) = r_i^n + dt/2 (u_i^n + u_i^(n+1)) + shift
+ *     sum_j a_ij (p_j - p_i) - o_i c_i p_i = (rho0/dt) (tr(T_i L_i) + theta (1 - C_i/C0) |u_i|/h)
+ *     a_ij = -2 s_i V_j (dW/dr)/r (1 + (1 - o_i) x_ij . L_i N_i),   s_i = tr(L_i)/dim
+ *     u_i^(n+1) = u*_i - dt (grad p)_i / rho0 + (collisions)
+ *     r_i^(n+1) = r_i^n + dt/2 (u_i^n + u_i^(n+1)) + (shift)
  *
- * M_i = sum_j V_j x_ji (x) grad W,
- * N_i = sum_j V_j grad W, C_i = sum_j V_j W. A particle at the surface is taken to be half a spacing
- * below it: its pressure follows by straight lines from those of its neighbours in the bulk. Ghosts have the pressure of their mirror point and of the
- * force and acceleration of the wall. Until set otherwise: rho0 = 1000, g = (0, -9.81) or (0, 0, -9.81), nu = 0,
- * corrected gradient and Laplacian, theta = 0.02, shifting 2. The first step, or the first probe, makes
+ * L_i is the inverse of M_i = sum_j V_j x_ji (x) grad W; N_i = sum_j V_j grad W; C_i = sum_j V_j W;
+ * T_i = sum_j V_j (u*_j - u*_i) (x) grad W. o_i is the share of i that is at the free surface, half a spacing
+ * above it, and c_i = 4 s_i |N_i|/dx. Ghosts have the pressure of their mirror point and of the force and
+ * acceleration of the wall. Until set otherwise: rho0 = 1000, g = (0, -9.81) or (0, 0, -9.81), nu = 0, corrected
+ * gradient and Laplacian, theta = 0.02, shifting 0.5, collisions 1. The first step, or the first probe, makes
  * the pressure of the state at the start.
  *
  * Ownership  references to all are kept; a boundary belongs to one integrator at a time. The particles get
@@ -144,18 +145,29 @@ SPH_API SPH_NODISCARD sph_status sph_isph_set_surface_threshold(sph_integrator *
 SPH_API SPH_NODISCARD sph_status sph_isph_set_density_correction(sph_integrator *integrator,
                                                                  double theta);
 
-/** Shift particles by -factor h max|u| dt grad C in a step, 0.1 spacings at most and not near the surface; 2
- * until called, 0: not at all.
+/** Shift particles by -factor h^2 grad C in a step, 0.1 spacings at most, near the surface only along it and
+ * never towards a wall; 0.5 until called, 0: not at all.
  *
- * Units      dimensionless, 0 to 10
+ * Units      dimensionless, 0 to 0.5
  * Parallel   not while another call uses the context
  * Errors     SPH_E_ARGUMENT integrator NULL, out of range; SPH_E_TYPE another method
- * Source     Lind et al. (2012), doi:10.1016/j.jcp.2011.10.027; Skillen et al. (2013),
- *            doi:10.1016/j.cma.2013.05.017; differs: the fastest speed, since waves stretch particles into
- *            rows where they are slow; velocities are not interpolated anew
+ * Source     Lind et al. (2012), doi:10.1016/j.jcp.2011.10.027; differs: velocities are not interpolated anew
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_isph_set_shifting(sph_integrator *integrator, double factor);
+
+/** Particles closer than a spacing lose this share, growing from 0 at a spacing to all of it at none, of the
+ * speed at which they approach; 1 until called, 0: none. Momentum is kept; at the surface, where nothing
+ * else holds particles apart, it is what calms them.
+ *
+ * Units      dimensionless, 0 to 1
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator NULL, out of range; SPH_E_TYPE another method
+ * Source     Koshizuka, Nobe & Oka (1998), doi:10.1002/(SICI)1097-0363(19980415)26:7<751::AID-FLD671>3.0.CO;2-C;
+ *            differs: a share that grows with nearness
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_set_collisions(sph_integrator *integrator, double share);
 
 /** Make one direction periodic.
  *

@@ -18,7 +18,7 @@ static void destroy(sph_integrator *flow) {
     sphi_free(context, s->entry[k]);
   }
   sphi_ghost_rows_free(context, &s->rows);
-  sphi_free(context, s->surface);
+  sphi_free(context, s->open);
   sphi_free(context, s->row_start);
   sphi_free(context, s->columns);
   sphi_free(context, s->values);
@@ -29,15 +29,49 @@ static void destroy(sph_integrator *flow) {
   flow->data = NULL;
 }
 
-/* Sum of V W over the lattice of particles around one of them. */
-static double lattice_filling(const sph_kernel *kernel, double spacing) {
+/* Sums over the lattice of particles around one of them: of V W, also at its surface, and of a row's entries. */
+static void sum_lattice(const sph_kernel *kernel, double spacing, isph *s) {
   const int most = (int)ceil(kernel->support / spacing), dim = kernel->dim;
-  double sum = 0;
+  const double volume = pow(spacing, dim);
+  s->filled = s->surface_filling = volume * sph_kernel_w(kernel, 0);
+  s->full = 0;
   for (int i = -most; i <= most; i++)
     for (int j = -most; j <= most; j++)
-      for (int k = dim == 3 ? -most : 0; k <= (dim == 3 ? most : 0); k++)
-        sum += sph_kernel_w(kernel, spacing * sqrt((double)(i * i + j * j + k * k)));
-  return sum * pow(spacing, dim);
+      for (int k = dim == 3 ? -most : 0; k <= (dim == 3 ? most : 0); k++) {
+        const double r = spacing * sqrt((double)(i * i + j * j + k * k));
+        if (r == 0) continue;
+        s->filled += volume * sph_kernel_w(kernel, r);
+        s->surface_filling += i <= 0 ? volume * sph_kernel_w(kernel, r) : 0;
+        s->full -= 2 * volume * sph_kernel_dw(kernel, r) / r;
+      }
+}
+
+/* The kernel's integral over the plane at a distance: over a line in 2D. */
+static double over_plane(const sph_kernel *kernel, double distance) {
+  enum { STEPS = 200 };
+  const double pi = 3.14159265358979323846, step = kernel->support / STEPS;
+  double sum = 0;
+  for (int k = 0; k < STEPS; k++) {
+    const double r = (k + 0.5) * step, w = sph_kernel_w(kernel, hypot(r, distance));
+    sum += step * (kernel->dim == 2 ? 2 : 2 * pi * r) * w;
+  }
+  return sum;
+}
+
+/* What the filling says about the depth below a surface; that of the lattice's surface is half a spacing. */
+static void tabulate_depths(const sph_kernel *kernel, double spacing, isph *s) {
+  enum { PARTS = 8 };
+  const double cell = kernel->support / (ISPH_DEPTHS - 1), step = cell / PARTS;
+  s->above[0] = 0;
+  for (int k = 1; k < ISPH_DEPTHS; k++) {
+    s->above[k] = s->above[k - 1];
+    for (int part = 0; part < PARTS; part++)
+      s->above[k] += step * over_plane(kernel, ((k - 1) * PARTS + part + 0.5) * step);
+  }
+  const int at = (int)fmin(0.5 * spacing / cell, ISPH_DEPTHS - 2);
+  const double there =
+      s->above[at] + (s->above[at + 1] - s->above[at]) * (0.5 * spacing / cell - at);
+  for (int k = 0; k < ISPH_DEPTHS; k++) s->above[k] -= there;
 }
 
 sph_status sph_isph_create(sph_context *context, sph_kernel *kernel, sph_particles *particles,
@@ -50,17 +84,19 @@ sph_status sph_isph_create(sph_context *context, sph_kernel *kernel, sph_particl
   }
   (*out)->data = s;
   sph_status status = sph_solver_create(context, SPH_SOLVER_BICGSTAB, &s->solver);
-  if (status == SPH_OK) status = sph_solver_set_tolerance(s->solver, 1e-8, 0);
+  if (status == SPH_OK) status = sph_solver_set_tolerance(s->solver, 1e-6, 0);
   if (status != SPH_OK) {
     sph_integrator_destroy(out);
     return status;
   }
-  s->filled = lattice_filling(kernel, particles->spacing);
+  sum_lattice(kernel, particles->spacing, s);
+  tabulate_depths(kernel, particles->spacing, s);
   s->threshold = particles->dim == 2 ? 1.75 : 2.7;
   s->gradient = SPH_ISPH_GRADIENT_CORRECTED;
   s->laplacian = SPH_ISPH_LAPLACIAN_CORRECTED;
   s->theta = 0.02;
-  s->shifting = 2;
+  s->shifting = 0.5;
+  s->collisions = 1;
   return SPH_OK;
 }
 
@@ -107,9 +143,17 @@ sph_status sph_isph_set_density_correction(sph_integrator *integrator, double th
 
 sph_status sph_isph_set_shifting(sph_integrator *integrator, double factor) {
   SETTER(integrator);
-  SPH_CHECK(context, factor >= 0 && factor <= 10, SPH_E_ARGUMENT,
-            "isph: the factor of shifting must be 0 to 10, got %g", factor);
+  SPH_CHECK(context, factor >= 0 && factor <= 0.5, SPH_E_ARGUMENT,
+            "isph: the factor of shifting must be 0 to 0.5, got %g", factor);
   s->shifting = factor;
+  return SPH_OK;
+}
+
+sph_status sph_isph_set_collisions(sph_integrator *integrator, double share) {
+  SETTER(integrator);
+  SPH_CHECK(context, share >= 0 && share <= 1, SPH_E_ARGUMENT,
+            "isph: the share of collisions must be 0 to 1, got %g", share);
+  s->collisions = share;
   return SPH_OK;
 }
 

@@ -11,29 +11,42 @@
 enum {
   ISPH_DIVERGENCE,
   ISPH_FILLING,
-  ISPH_NORMAL,                  /* 3 */
-  ISPH_WALLS = ISPH_NORMAL + 3, /* 3 */
-  ISPH_MOMENT = ISPH_WALLS + 3, /* 6; its inverse once `prepare_rows` has run */
-  ISPH_SCALE = ISPH_MOMENT + 6,
-  ISPH_TILT,                 /* 3 */
-  ISPH_PUSH = ISPH_TILT + 3, /* 3: acceleration by a sum over pairs */
-  ISPH_TRACE = ISPH_PUSH + 3,
+  ISPH_NORMAL,                     /* 3 */
+  ISPH_WALLS = ISPH_NORMAL + 3,    /* 3 */
+  ISPH_MOMENT = ISPH_WALLS + 3,    /* 6; its inverse once `sphi_isph_prepare_rows` has run */
+  ISPH_SHEAR = ISPH_MOMENT + 6,    /* 9 */
+  ISPH_COLLISION = ISPH_SHEAR + 9, /* 3 */
+  ISPH_AIR = ISPH_COLLISION + 3,   /* 3: what air adds to the pressure gradient, over p_i */
+  ISPH_UP = ISPH_AIR + 3,          /* 3: towards the surface, for those near it */
+  ISPH_TILT = ISPH_UP + 3,         /* 3 */
+  ISPH_PUSH = ISPH_TILT + 3,       /* 3: acceleration by a sum over pairs */
+  ISPH_SCALE = ISPH_PUSH + 3,
+  ISPH_TRACE,
+  ISPH_DEPTH,
+  ISPH_SUM,
+  ISPH_COUNT,
   ISPH_ARRAYS
 };
 
+enum { ISPH_DEPTHS = 65 };
+
 typedef struct isph {
-  double nu, threshold, theta, shifting;
+  double nu, threshold, theta, shifting, collisions;
   sph_isph_gradient gradient;
   sph_isph_laplacian laplacian;
   sph_solver *solver;
-  double filled; /* sum of V W over the lattice that particles were laid on */
+  double filled;             /* sum of V W over the lattice that particles were laid on */
+  double full;               /* sum of the entries of a row there */
+  double surface_filling;    /* sum of V W half a spacing below a surface of the lattice */
+  double above[ISPH_DEPTHS]; /* that of a fluid at depths 0 to the support, less this one */
   void *array[ISPH_ARRAYS];
   int64_t array_capacity[ISPH_ARRAYS];
   double *between[SPHI_MAX_DIM]; /* [n] velocities before pressure acts */
   int64_t between_capacity[SPHI_MAX_DIM];
-  uint8_t *surface; /* [n] 1: at the free surface */
-  int64_t surface_capacity;
-  int64_t surface_count;
+  double *open; /* [n] share of a particle that is at the free surface, 0 to 1 */
+  int64_t open_capacity;
+  int64_t surface_count; /* of those that are open by half and more */
+  bool has_surface;
   int64_t *place[2]; /* see op_laplacian */
   int64_t place_capacity[2];
   void *entry[2];
@@ -74,9 +87,20 @@ static inline void isph_times_moment(const sph_integrator *flow, int64_t i, cons
   }
 }
 
+/* Who is at the free surface, from the sums of op_projection. */
+void sphi_isph_find_surface(sph_integrator *flow);
+/* Records of the fluid as its fields are, with these velocities and `last` in the place of densities. */
+void sphi_isph_pack(sph_integrator *flow, double *const *v, const double *last);
 sph_status sphi_isph_refresh(sph_integrator *flow);
 double sphi_isph_limit(const sph_integrator *flow, sph_limiter *limiter);
 sph_status sphi_isph_step(sph_integrator *flow, double dt);
+/* Entry `at` of the fluid's list (0) or the ghosts' (1). */
+static inline double isph_entry(const sph_integrator *flow, int list, int64_t at) {
+  const void *entry = isph_of(flow)->entry[list];
+  return flow->variant->is_double ? ((const double *)entry)[at]
+                                  : (double)((const float *)entry)[at];
+}
+
 /* Finds the surface, makes the pressure equation for velocities whose divergence has been summed, and solves
  * it for the particles' pressures and the ghosts'. What does not converge leaves the best there is. */
 sph_status sphi_isph_solve(sph_integrator *flow, double dt);

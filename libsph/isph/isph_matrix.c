@@ -1,14 +1,12 @@
-/* The pressure equation: free surface, rows, solution. */
+/* The pressure equation: rows, solution. */
 #include "isph/isph_impl.h"
 
 /* One-sided support makes scales of the Laplacian that mean nothing; tilts stay within what keeps entries
  * positive; a particle whose divergence of positions is that much of the full one has neighbours all round. */
 static const double SCALE_MAX = 3, TILT_MAX = 0.9, FULL = 0.97;
-/* In spacings, how far a particle looks for what covers it. */
-static const double COVER = 2;
-/* Neighbours within 1.5 spacings: fewer than a corner of the fluid has make a thread. */
-static const double NEXT = 1.5;
-#define FEW(dim) ((dim) == 2 ? 3 : 5)
+/* The share of the entries that air takes away which holds the pressure of drops, where sums over neighbours
+ * cancel. */
+static const double MISSING = 0.9;
 
 /* Inverse of the symmetric M, {xx yy xy} or {xx yy zz xy xz yz}, in place; false if it is not positive. */
 static bool invert(int dim, double *m) {
@@ -30,111 +28,47 @@ static bool invert(int dim, double *m) {
   return true;
 }
 
-/* Whether something `away` from a particle is above it, within 45 degrees of the outward normal. */
-static inline bool covers(int dim, const double *away, const double *normal, double size2,
-                          double reach2) {
-  double r2 = 0, up = 0;
-  for (int d = 0; d < dim; d++) {
-    r2 += away[d] * away[d];
-    up += away[d] * normal[d];
-  }
-  return r2 > 0 && r2 < reach2 && up > 0 && 2 * up * up > r2 * size2;
-}
-
-/* What is covered by fluid or wall is not at the surface, however few neighbours it has. */
-static bool is_covered(const sph_integrator *flow, int32_t cluster, int32_t i) {
-  const int dim = flow->particles->dim;
-  const sphi_frame *frame = &flow->frame;
-  const double reach2 = pow(COVER * flow->particles->spacing, 2);
-  double normal[SPHI_MAX_DIM], at[SPHI_MAX_DIM], away[SPHI_MAX_DIM], size2 = 0;
-  double *const *x = flow->particles->field[SPHI_X].data;
-  for (int d = 0; d < dim; d++) {
-    at[d] = x[d][i];
-    normal[d] = -isph_get(flow, ISPH_NORMAL + d, i);
-    size2 += normal[d] * normal[d];
-  }
-  const sphi_list_entry *near = &flow->list.entry[cluster];
-  const uint32_t *source = flow->list.part[near->part].source + near->offset;
-  for (int32_t k = 0; k < near->near; k++) {
-    for (int d = 0; d < dim; d++) away[d] = sphi_frame_difference(frame, d, x[d][source[k]], at[d]);
-    if (covers(dim, away, normal, size2, reach2)) return true;
-  }
-  const sph_boundary *boundary = flow->cloud.boundary;
-  if (!boundary) return false;
-  near = &flow->cloud.ghost_list.entry[cluster];
-  source = flow->cloud.ghost_list.part[near->part].source + near->offset;
-  for (int32_t k = 0; k < near->near; k++) {
-    const sphi_wet_ghost *ghost = &boundary->wet[source[k]];
-    if (ghost->immersed < 1 || ghost->volume == 0) continue;
-    for (int d = 0; d < dim; d++)
-      away[d] = sphi_frame_difference(frame, d, boundary->x[d][ghost->ghost], at[d]);
-    if (covers(dim, away, normal, size2, reach2)) return true;
-  }
-  return false;
-}
-
-/* Drops and threads at a wall, whose ghosts make up for the neighbours that they lack: nothing holds the
- * pressure of their rows. */
-static bool is_thread(const sph_integrator *flow, int32_t cluster, int32_t i) {
-  const int dim = flow->particles->dim;
-  double *const *x = flow->particles->field[SPHI_X].data;
-  const sphi_list_entry *near = &flow->list.entry[cluster];
-  const uint32_t *source = flow->list.part[near->part].source + near->offset;
-  const double reach2 = pow(NEXT * flow->particles->spacing, 2);
-  int next = -1; /* itself */
-  if (!flow->cloud.boundary || flow->cloud.ghost_list.entry[cluster].near == 0) return false;
-  for (int32_t k = 0; k < near->near && next < FEW(dim); k++) {
-    double r2 = 0;
-    for (int d = 0; d < dim; d++) {
-      const double away = sphi_frame_difference(&flow->frame, d, x[d][source[k]], x[d][i]);
-      r2 += away * away;
-    }
-    next += r2 < reach2;
-  }
-  return next < FEW(dim);
-}
-
-/* Particles with few neighbours that nothing covers are the surface, and those with next to none. */
-static void find_surface(sph_integrator *flow) {
-  isph *s = isph_of(flow);
-  int64_t surface = 0;
-#pragma omp parallel for num_threads(flow->context->threads) schedule(dynamic, 16) reduction(+ : surface)
-  for (int32_t c = 0; c < flow->clusters.n; c++)
-    for (int32_t l = 0; l < flow->clusters.count[c]; l++) {
-      const int32_t i = flow->clusters.first[c] + l;
-      double trace = 0;
-      for (int d = 0; d < flow->particles->dim; d++) trace += isph_get(flow, ISPH_MOMENT + d, i);
-      isph_put(flow, ISPH_TRACE, i, trace);
-      s->surface[i] = trace < s->threshold ? trace < 0.5 * s->threshold || !is_covered(flow, c, i)
-                                           : is_thread(flow, c, i);
-      surface += s->surface[i];
-    }
-  s->surface_count = surface;
-}
-
-/* What the entries of each row need. */
-static void prepare_rows(sph_integrator *flow) {
+/* What the entries of row i need, with tilts for those that are not open:
+ *
+ *   s = tr L / dim,   q = (1 - o) L N,   L = M^-1                                             (1)
+ *
+ * and the air's share of the pressure gradient: the part of M that is missing sees a straight line from p_i
+ * to 0 at the surface,
+ *
+ *   o (I - M) p_i N / (|N| d)                                                                 (2) */
+static void prepare_row(sph_integrator *flow, int32_t i) {
   isph *s = isph_of(flow);
   const int dim = flow->particles->dim, terms = dim == 2 ? 3 : 6;
-  const int32_t n = flow->particles->n;
-  const double reach = flow->kernel->support;
-#pragma omp parallel for num_threads(flow->context->threads) schedule(static) if (n > 1024)
-  for (int32_t i = 0; i < n; i++) {
-    double m[6], normal[SPHI_MAX_DIM], tilt[SPHI_MAX_DIM], size2 = 0, scale = 0;
-    for (int k = 0; k < terms; k++) m[k] = isph_get(flow, ISPH_MOMENT + k, i);
-    const bool regular = invert(dim, m);
-    for (int d = 0; d < dim; d++) scale += m[d] / dim;
-    const bool correct = regular && scale <= SCALE_MAX;
-    for (int k = 0; k < terms; k++) isph_put(flow, ISPH_MOMENT + k, i, correct ? m[k] : k < dim);
-    const bool plain = !correct || s->laplacian == SPH_ISPH_LAPLACIAN_SIMPLE || s->surface[i] != 0;
-    for (int d = 0; d < dim; d++) normal[d] = plain ? 0 : isph_get(flow, ISPH_NORMAL + d, i);
-    isph_times_moment(flow, i, normal, tilt);
-    for (int d = 0; d < dim; d++) size2 += tilt[d] * tilt[d];
-    const double most = TILT_MAX / reach, size = sqrt(size2);
-    isph_put(flow, ISPH_SCALE, i, plain ? 1 : scale);
-    for (int d = 0; d < dim; d++)
-      isph_put(flow, ISPH_TILT + d, i, size > most ? tilt[d] * most / size : tilt[d]);
+  double m[6], normal[SPHI_MAX_DIM], tilt[SPHI_MAX_DIM], size2 = 0, scale = 0, divergence = 0;
+  for (int k = 0; k < terms; k++) m[k] = isph_get(flow, ISPH_MOMENT + k, i);
+  for (int d = 0; d < dim; d++) {
+    normal[d] = isph_get(flow, ISPH_NORMAL + d, i);
+    size2 += normal[d] * normal[d];
   }
+  isph_times_moment(flow, i, normal, tilt);
+  const double air = s->open[i] / (sqrt(size2) * isph_get(flow, ISPH_DEPTH, i));
+  for (int d = 0; d < dim; d++)
+    isph_put(flow, ISPH_AIR + d, i, size2 > 0 ? air * (normal[d] - tilt[d]) : 0);
+  const bool regular = invert(dim, m);
+  for (int d = 0; d < dim; d++) scale += m[d] / dim;
+  const bool correct = regular && scale <= SCALE_MAX;
+  for (int k = 0; k < terms; k++) isph_put(flow, ISPH_MOMENT + k, i, correct ? m[k] : k < dim);
+  const bool plain = !correct || s->laplacian == SPH_ISPH_LAPLACIAN_SIMPLE;
+  for (int d = 0; d < dim; d++) normal[d] *= plain ? 0 : 1 - s->open[i];
+  isph_times_moment(flow, i, normal, tilt);
+  size2 = 0;
+  for (int d = 0; d < dim; d++) size2 += tilt[d] * tilt[d];
+  const double most = TILT_MAX / flow->kernel->support, size = sqrt(size2);
+  for (int d = 0; d < dim; d++)
+    isph_put(flow, ISPH_TILT + d, i, size > most ? tilt[d] * most / size : tilt[d]);
+  isph_put(flow, ISPH_SCALE, i, plain ? 1 : scale);
+  for (int d = 0; d < dim; d++) {
+    double gradient[SPHI_MAX_DIM], corrected[SPHI_MAX_DIM];
+    for (int e = 0; e < dim; e++) gradient[e] = isph_get(flow, ISPH_SHEAR + d * dim + e, i);
+    isph_times_moment(flow, i, gradient, corrected);
+    divergence += corrected[d];
+  }
+  isph_put(flow, ISPH_DIVERGENCE, i, divergence);
 }
 
 /* Where clusters leave their entries, and the entries. */
@@ -162,67 +96,18 @@ static sph_status make_entries(sph_integrator *flow) {
   }
   sphi_laplacian_arguments a = {.scale = s->array[ISPH_SCALE],
                                 .place = {s->place[0], s->place[1]},
-                                .entry = {s->entry[0], s->entry[1]}};
-  for (int d = 0; d < flow->particles->dim; d++) a.q[d] = s->array[ISPH_TILT + d];
+                                .entry = {s->entry[0], s->entry[1]},
+                                .sum = s->array[ISPH_SUM],
+                                .count = s->array[ISPH_COUNT],
+                                .spacing = flow->particles->spacing};
+  for (int d = 0; d < flow->particles->dim; d++) {
+    a.q[d] = s->array[ISPH_TILT + d];
+    a.up[d] = s->array[ISPH_UP + d];
+    a.collision[d] = s->array[ISPH_COLLISION + d];
+  }
+  sphi_isph_pack(flow, s->between, s->open);
   sphi_cloud_sweep(flow, SPHI_OPERATOR_laplacian, &a);
   return SPH_OK;
-}
-
-static inline double entry_of(const sph_integrator *flow, int list, int64_t at) {
-  const void *entry = isph_of(flow)->entry[list];
-  return flow->variant->is_double ? ((const double *)entry)[at]
-                                  : (double)((const float *)entry)[at];
-}
-
-/* How far particle j is below surface particle i, of which `outward` is the normal. */
-static double depth_below(const sph_integrator *flow, const double *outward, int32_t i, int32_t j) {
-  double depth = 0;
-  for (int d = 0; d < flow->particles->dim; d++) {
-    const double *x = flow->particles->field[SPHI_X].data[d];
-    depth += outward[d] * sphi_frame_difference(&flow->frame, d, x[i], x[j]);
-  }
-  return depth;
-}
-
-/* A surface particle is half a spacing below the surface, where the pressure is 0: what it has follows from
- * those below it, by straight lines,
- *
- *     p_i = sum_j b_j p_j,   b_j = a_ij / sum_k a_ik (dx/2) / (dx/2 + depth of j below i)
- *
- * over neighbours in the bulk. Without any its pressure is 0. */
-static int64_t make_surface_row(sph_integrator *flow, int32_t cluster, int32_t lane, bool fill) {
-  isph *s = isph_of(flow);
-  const int32_t first = flow->clusters.first[cluster], i = first + lane;
-  const int64_t lanes = flow->variant->lanes, begin = fill ? s->row_start[i] : 0;
-  const sphi_list_entry *near = &flow->list.entry[cluster];
-  const uint32_t *source = flow->list.part[near->part].source + near->offset;
-  const double half = 0.5 * flow->particles->spacing;
-  double outward[SPHI_MAX_DIM], size = 0, sum = 0;
-  int64_t used = begin + 1;
-  for (int d = 0; d < flow->particles->dim; d++) {
-    outward[d] = -isph_get(flow, ISPH_NORMAL + d, i);
-    size += outward[d] * outward[d];
-  }
-  for (int d = 0; d < flow->particles->dim && size > 0; d++) outward[d] /= sqrt(size);
-  for (int32_t k = 0; k < near->near; k++) {
-    const double a = entry_of(flow, 0, s->place[0][first] + k * lanes + lane);
-    const int32_t j = (int32_t)source[k];
-    if (a == 0 || s->surface[j]) continue;
-    const double depth = depth_below(flow, outward, i, j);
-    if (depth < half) continue;
-    sum += a;
-    if (fill) {
-      s->columns[used] = j;
-      s->values[used] = -a * half / (half + depth);
-    }
-    used++;
-  }
-  if (fill) {
-    s->columns[begin] = i;
-    s->values[begin] = sum > 0 ? sum : 1;
-    s->right[i] = 0;
-  }
-  return used - begin;
 }
 
 /* Adds to column j of the row of i that starts at `begin` and goes on to *used; see make_row for `mark`. */
@@ -243,50 +128,106 @@ static void add_entry(isph *s, int32_t i, int32_t j, double value, bool fill, in
   s->values[(*used)++] = value;
 }
 
-/* One row at a time: counted if `fill` is not set, into the matrix if it is. `mark` tells for a column whether
- * the row has it: counting leaves i + 1 there, filling the place. */
-static int64_t make_row(sph_integrator *flow, int32_t cluster, int32_t lane, bool fill,
-                        int32_t *mark) {
+/* The fluid's entries of row i into the matrix, from *used on. What is 0 is left out without a branch. */
+static void add_fluid(sph_integrator *flow, int32_t cluster, int32_t lane, int64_t *used) {
+  enum { CHUNK = 256 };
   isph *s = isph_of(flow);
-  const int32_t first = flow->clusters.first[cluster], i = first + lane;
-  const int64_t lanes = flow->variant->lanes, begin = fill ? s->row_start[i] : 0;
-  if (s->surface[i]) return make_surface_row(flow, cluster, lane, fill);
+  int32_t column[CHUNK];
+  double value[CHUNK];
+  const int64_t lanes = flow->variant->lanes;
+  const int64_t place = s->place[0][flow->clusters.first[cluster]] + lane;
   const sphi_list_entry *near = &flow->list.entry[cluster];
   const uint32_t *source = flow->list.part[near->part].source + near->offset;
-  int64_t used = begin + 1; /* the diagonal leads */
-  double diagonal = 0, known = 0;
-  for (int32_t k = 0; k < near->near; k++) {
-    const double a = entry_of(flow, 0, s->place[0][first] + k * lanes + lane);
-    const int32_t j = (int32_t)source[k];
-    if (a == 0 || j == i) continue;
-    diagonal += a;
-    add_entry(s, i, j, -a, fill, begin, &used, mark);
+  for (int32_t begin = 0; begin < near->near; begin += CHUNK) {
+    const int32_t end = near->near - begin < CHUNK ? near->near : begin + CHUNK;
+    int kept = 0;
+    for (int32_t k = begin; k < end; k++) {
+      const double a = isph_entry(flow, 0, place + k * lanes);
+      column[kept] = (int32_t)source[k];
+      value[kept] = -a;
+      kept += a != 0;
+    }
+    memcpy(s->columns + *used, column, (size_t)kept * sizeof *column);
+    memcpy(s->values + *used, value, (size_t)kept * sizeof *value);
+    *used += kept;
   }
+}
+
+/* The ghosts' entries of row i, which go to the particles of their rows. `mark` tells for a column whether
+ * the row has it: counting leaves i + 1 there, filling the place. */
+static void add_ghosts(sph_integrator *flow, int32_t cluster, int32_t lane, bool fill,
+                       int64_t begin, int64_t *used, int32_t *mark, double *diagonal) {
+  isph *s = isph_of(flow);
+  const int32_t first = flow->clusters.first[cluster], i = first + lane;
+  const int64_t lanes = flow->variant->lanes;
+  const sphi_list_entry *near = &flow->cloud.ghost_list.entry[cluster];
+  const uint32_t *source = flow->cloud.ghost_list.part[near->part].source + near->offset;
   const sphi_ghost_rows *rows = &s->rows;
-  if (flow->cloud.boundary) {
-    near = &flow->cloud.ghost_list.entry[cluster];
-    source = flow->cloud.ghost_list.part[near->part].source + near->offset;
-  }
-  for (int32_t k = 0; k < (flow->cloud.boundary ? near->near : 0); k++) {
-    const double a = entry_of(flow, 1, s->place[1][first] + k * lanes + lane);
+  for (int32_t k = 0; k < near->near; k++) {
+    const double a = isph_entry(flow, 1, s->place[1][first] + k * lanes + lane);
     const int32_t g = (int32_t)source[k];
     if (a == 0) continue;
-    diagonal += a;
-    known += a * rows->at_ghost[g];
+    if (fill) {
+      *diagonal += a;
+      s->right[i] += a * rows->at_ghost[g];
+    }
     for (int64_t e = rows->first[g]; e < rows->first[g] + rows->count[g]; e++) {
       const int32_t j = rows->column[e];
-      if (j == i)
-        diagonal -= a * rows->weight[e];
-      else
-        add_entry(s, i, j, -a * rows->weight[e], fill, begin, &used, mark);
+      if (j != i)
+        add_entry(s, i, j, -a * rows->weight[e], fill, begin, used, mark);
+      else if (fill)
+        *diagonal -= a * rows->weight[e];
     }
   }
-  if (fill) {
-    s->columns[begin] = i;
-    s->values[begin] = diagonal;
-    s->right[i] = known;
+}
+
+static bool has_ghosts(const sph_integrator *flow, int32_t cluster) {
+  return flow->cloud.boundary && flow->cloud.ghost_list.entry[cluster].near > 0;
+}
+
+/* The columns of a row, counted. */
+static int64_t count_row(sph_integrator *flow, int32_t cluster, int32_t lane, int32_t *mark) {
+  isph *s = isph_of(flow);
+  const int32_t first = flow->clusters.first[cluster], i = first + lane;
+  int64_t used = 1; /* the diagonal */
+  if (!has_ghosts(flow, cluster)) return used + (int64_t)isph_get(flow, ISPH_COUNT, i);
+  const sphi_list_entry *near = &flow->list.entry[cluster];
+  const uint32_t *source = flow->list.part[near->part].source + near->offset;
+  for (int32_t k = 0; k < near->near; k++)
+    if (isph_entry(flow, 0, s->place[0][first] + k * flow->variant->lanes + lane) != 0)
+      add_entry(s, i, (int32_t)source[k], 0, false, 0, &used, mark);
+  add_ghosts(flow, cluster, lane, false, 0, &used, mark, NULL);
+  return used;
+}
+
+/* Row i of
+ *
+ *   sum_j a_ij (p_j - p_i) - o_i c_i p_i = (source),   c_i = s 2 |N_i| / d_i,                 (3)
+ *
+ * with the ghosts' pressures as sums over those of the fluid. Air takes the place of the tilt at the surface:
+ * both stand for 2 N . grad p, see docs/theory/isph.md. */
+static void fill_row(sph_integrator *flow, int32_t cluster, int32_t lane, int32_t *mark) {
+  isph *s = isph_of(flow);
+  const int32_t i = flow->clusters.first[cluster] + lane;
+  const int64_t begin = s->row_start[i];
+  int64_t used = begin + 1;
+  double diagonal = isph_get(flow, ISPH_SUM, i);
+  s->right[i] = 0;
+  add_fluid(flow, cluster, lane, &used);
+  if (has_ghosts(flow, cluster)) {
+    for (int64_t at = begin + 1; at < used; at++) mark[s->columns[at]] = (int32_t)(at - begin);
+    add_ghosts(flow, cluster, lane, true, begin, &used, mark, &diagonal);
   }
-  return used - begin;
+  if (s->open[i] > 0) {
+    const double scale = isph_get(flow, ISPH_SCALE, i);
+    double size2 = 0;
+    for (int d = 0; d < flow->particles->dim; d++)
+      size2 += pow(isph_get(flow, ISPH_NORMAL + d, i), 2);
+    const double air = 2 * scale * sqrt(size2) / isph_get(flow, ISPH_DEPTH, i);
+    diagonal += s->open[i] * fmax(air, MISSING * (scale * s->full - diagonal));
+  }
+  s->columns[begin] = i;
+  s->values[begin] = diagonal > 0 ? diagonal : 1;
 }
 
 /* Rows of all particles, counted into row_start[i + 1] or filled. */
@@ -299,8 +240,10 @@ static void make_rows(sph_integrator *flow, bool fill) {
 #pragma omp for schedule(dynamic, 16)
     for (int32_t c = 0; c < flow->clusters.n; c++)
       for (int32_t l = 0; l < flow->clusters.count[c]; l++) {
-        const int64_t count = make_row(flow, c, l, fill, mark);
-        if (!fill) s->row_start[flow->clusters.first[c] + l + 1] = count;
+        if (fill)
+          fill_row(flow, c, l, mark);
+        else
+          s->row_start[flow->clusters.first[c] + l + 1] = count_row(flow, c, l, mark);
       }
   }
 }
@@ -312,7 +255,6 @@ static void add_sources(sph_integrator *flow, double dt) {
   const double rho0 = flow->cloud.rho0;
   const int32_t n = flow->particles->n;
   for (int32_t i = 0; i < n; i++) {
-    if (s->surface[i]) continue;
     double drift = 1 - isph_get(flow, ISPH_FILLING, i) / s->filled;
     if (drift > 0 && isph_get(flow, ISPH_TRACE, i) < FULL * flow->particles->dim) drift = 0;
     double speed2 = 0;
@@ -344,8 +286,9 @@ static sph_status make_matrix(sph_integrator *flow, double dt) {
   sph_context *context = flow->context;
   const int32_t n = flow->particles->n;
   SPH_TRY(reserve(flow));
-  find_surface(flow);
-  prepare_rows(flow);
+  sphi_isph_find_surface(flow);
+#pragma omp parallel for num_threads(context->threads) schedule(static) if (n > 1024)
+  for (int32_t i = 0; i < n; i++) prepare_row(flow, i);
   SPH_TRY(make_entries(flow));
   memset(s->mark, 0, (size_t)n * (size_t)context->threads * sizeof *s->mark);
   make_rows(flow, false);
@@ -372,7 +315,7 @@ sph_status sphi_isph_solve(sph_integrator *flow, double dt) {
   SPH_TRY(make_matrix(flow, dt));
   const sph_matrix matrix = {
       .n = n, .row_start = s->row_start, .columns = s->columns, .values = s->values};
-  SPH_TRY(sph_solver_set_null_space(s->solver, s->surface_count == 0));
+  SPH_TRY(sph_solver_set_null_space(s->solver, !s->has_surface));
   const sph_status status = sph_solver_solve(s->solver, &matrix, s->right, p);
   if (flow->cloud.boundary)
     sphi_boundary_set_pressures(flow->cloud.boundary, flow->variant, &s->rows, p);

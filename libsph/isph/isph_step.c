@@ -2,10 +2,8 @@
  * velocities with it. */
 #include "isph/isph_impl.h"
 
-/* In spacings, the farthest that a particle is shifted in a step; in shares of the full divergence of
- * positions, where shifting stops below the surface. It never goes towards a wall: ghosts do not move with
- * particles, and would not push them back. */
-static const double SHIFT_MAX = 0.1, NEAR_SURFACE = 0.95;
+/* In spacings, the farthest that a particle is shifted in a step. */
+static const double SHIFT_MAX = 0.1;
 
 /* Time steps over sqrt(h / g): forces on walls are noisy from three times this on. What particles suffer in
  * impacts is no limit, since pressures would grow with shorter steps. */
@@ -21,8 +19,7 @@ static double **field(const sph_integrator *flow, int number) {
 static sph_status reserve(sph_integrator *flow) {
   isph *s = isph_of(flow);
   const int32_t n = flow->particles->n;
-  bool ok = sphi_reserve(flow->context, (void **)&s->surface, &s->surface_capacity, n,
-                         sizeof *s->surface);
+  bool ok = sphi_reserve(flow->context, (void **)&s->open, &s->open_capacity, n, sizeof *s->open);
   for (int k = 0; k < ISPH_ARRAYS && ok; k++)
     ok = sphi_reserve(flow->context, &s->array[k], &s->array_capacity[k], (int64_t)n + SPHI_PAD,
                       flow->variant->real_size);
@@ -33,14 +30,13 @@ static sph_status reserve(sph_integrator *flow) {
   return SPH_OK;
 }
 
-/* Records of the fluid as its fields are, with these velocities. */
-static void pack(sph_integrator *flow, double *const *v) {
+void sphi_isph_pack(sph_integrator *flow, double *const *v, const double *last) {
   const double begin = sphi_seconds();
   const int dim = flow->particles->dim;
   sphi_pack pack = {.frame = &flow->frame,
                     .n = flow->particles->n,
                     .stride = SPHI_RECORD(dim),
-                    .columns = dim + 2,
+                    .columns = dim + 3,
                     .record = flow->record};
   for (int d = 0; d < dim; d++) {
     pack.x[d] = field(flow, SPHI_X)[d];
@@ -48,6 +44,7 @@ static void pack(sph_integrator *flow, double *const *v) {
   }
   pack.value[0] = field(flow, SPHI_VOL)[0];
   pack.value[1] = field(flow, SPHI_P)[0];
+  pack.value[2 + dim] = last;
   sphi_pack_run(flow->context, flow->variant, &pack);
   flow->stats.seconds_pack += sphi_seconds() - begin;
 }
@@ -104,10 +101,10 @@ static sph_status predict(sph_integrator *flow, double t, double dt) {
 static sph_status project(sph_integrator *flow, double t, double dt) {
   isph *s = isph_of(flow);
   const int dim = flow->particles->dim;
-  pack(flow, s->between);
+  sphi_isph_pack(flow, s->between, s->open);
   SPH_TRY(sphi_cloud_update_ghosts(flow, t, dt));
-  sphi_projection_arguments a = {.divergence = s->array[ISPH_DIVERGENCE],
-                                 .filling = s->array[ISPH_FILLING]};
+  sphi_projection_arguments a = {.filling = s->array[ISPH_FILLING]};
+  for (int k = 0; k < dim * dim; k++) a.shear[k] = s->array[ISPH_SHEAR + k];
   for (int d = 0; d < dim; d++) {
     a.normal[d] = s->array[ISPH_NORMAL + d];
     a.walls[d] = s->array[ISPH_WALLS + d];
@@ -120,7 +117,7 @@ static sph_status project(sph_integrator *flow, double t, double dt) {
 /* Acceleration by the pressures: -grad p / rho0. */
 static void push(sph_integrator *flow) {
   isph *s = isph_of(flow);
-  pack(flow, s->between);
+  sphi_isph_pack(flow, s->between, s->open);
   sphi_rates_arguments a = {
       .divergence = s->array[ISPH_DIVERGENCE], .record = flow->record, .m = field(flow, SPHI_M)[0]};
   for (int d = 0; d < flow->particles->dim; d++) a.acceleration[d] = s->array[ISPH_PUSH + d];
@@ -129,38 +126,48 @@ static void push(sph_integrator *flow) {
 }
 
 /* The corrected acceleration of particle i: differences of pressure with renormalised gradients, exact for
- * linear pressures. */
+ * linear pressures; where it is open, air in the place of the neighbours that are missing. */
 static void correct(const sph_integrator *flow, int32_t i, double *a) {
   const int dim = flow->particles->dim;
+  const double p = field(flow, SPHI_P)[0][i] / flow->cloud.rho0, open = isph_of(flow)->open[i];
   double plain[SPHI_MAX_DIM];
-  const double p = field(flow, SPHI_P)[0][i];
-  for (int d = 0; d < dim; d++)
-    plain[d] = a[d] + 2 * p * isph_get(flow, ISPH_NORMAL + d, i) / flow->cloud.rho0;
+  for (int d = 0; d < dim; d++) plain[d] = a[d] + 2 * p * isph_get(flow, ISPH_NORMAL + d, i);
   isph_times_moment(flow, i, plain, a);
+  for (int d = 0; d < dim && open > 0; d++)
+    a[d] += open * (plain[d] - a[d]) - p * isph_get(flow, ISPH_AIR + d, i);
+}
+
+/* Takes from `by` what goes along `normal`; `both` ways, or only that way. */
+static void remove_part(int dim, const double *normal, bool both, double *by) {
+  double size2 = 0, along = 0;
+  for (int d = 0; d < dim; d++) {
+    size2 += normal[d] * normal[d];
+    along += normal[d] * by[d];
+  }
+  for (int d = 0; d < dim && size2 > 0 && (both || along > 0); d++)
+    by[d] -= along / size2 * normal[d];
 }
 
 /* How particle i is shifted against the gradient of the filling, so that particles do not line up along
- * streamlines: Lind et al. (2012), with the diffusivity of Skillen et al. (2013). */
-static void shift(const sph_integrator *flow, int32_t i, double speed, double dt, double *by) {
+ * streamlines: Lind et al. (2012). Near the surface only along it, and not where it meets a wall; never towards
+ * a wall: ghosts do not move with particles, and would not push them back. */
+static void shift(const sph_integrator *flow, int32_t i, double *by) {
   const isph *s = isph_of(flow);
   const int dim = flow->particles->dim;
-  const double spacing = flow->particles->spacing;
-  const bool still = s->surface[i] || isph_get(flow, ISPH_TRACE, i) < NEAR_SURFACE * dim;
-  double size2 = 0, wall2 = 0, towards = 0;
+  double up[SPHI_MAX_DIM], walls[SPHI_MAX_DIM], size2 = 0, up2 = 0, walls2 = 0;
   for (int d = 0; d < dim; d++) {
-    const double along = s->shifting * flow->kernel->h * speed * dt;
-    by[d] = still ? 0 : -along * isph_get(flow, ISPH_NORMAL + d, i);
-    size2 += by[d] * by[d];
+    by[d] = -s->shifting * pow(flow->kernel->h, 2) * isph_get(flow, ISPH_NORMAL + d, i);
+    up[d] = isph_get(flow, ISPH_UP + d, i);
+    walls[d] = isph_get(flow, ISPH_WALLS + d, i);
+    up2 += up[d] * up[d];
+    walls2 += walls[d] * walls[d];
   }
-  const double most = SHIFT_MAX * spacing, size = sqrt(size2);
-  for (int d = 0; d < dim; d++) {
-    const double wall = isph_get(flow, ISPH_WALLS + d, i);
-    if (size > most) by[d] *= most / size;
-    wall2 += wall * wall;
-    towards += wall * by[d];
-  }
-  for (int d = 0; d < dim && towards > 0; d++)
-    by[d] -= towards / wall2 * isph_get(flow, ISPH_WALLS + d, i);
+  const bool still = s->open[i] >= 0.5 || (up2 > 0 && walls2 > 0);
+  remove_part(dim, up, true, by);
+  remove_part(dim, walls, false, by);
+  for (int d = 0; d < dim; d++) size2 += by[d] * by[d];
+  const double most = SHIFT_MAX * flow->particles->spacing, size = sqrt(size2);
+  for (int d = 0; d < dim; d++) by[d] *= still ? 0 : fmin(1, most / fmax(size, most * 1e-9));
 }
 
 sph_status sphi_isph_step(sph_integrator *flow, double dt) {
@@ -182,7 +189,7 @@ sph_status sphi_isph_step(sph_integrator *flow, double dt) {
     }
   for (int d = 0; d < dim; d++)
     for (int32_t i = 0; i < n; i++) x[d][i] += dt * v[d][i];
-  pack(flow, v);
+  sphi_isph_pack(flow, v, s->open);
   sph_status status = find_rows(flow, t + dt);
   if (status == SPH_OK) status = predict(flow, t, dt);
   if (status == SPH_OK) status = project(flow, t + dt, dt);
@@ -203,14 +210,15 @@ sph_status sphi_isph_step(sph_integrator *flow, double dt) {
     for (int d = 0; d < dim; d++) force[d] = isph_get(flow, ISPH_PUSH + d, i);
     if (s->gradient == SPH_ISPH_GRADIENT_CORRECTED) correct(flow, i, force);
     for (int d = 0; d < dim; d++) {
-      const double now = s->between[d][i] + dt * force[d];
+      const double now =
+          s->between[d][i] + dt * force[d] + s->collisions * isph_get(flow, ISPH_COLLISION + d, i);
       a[d][i] = (now - v[d][i]) / dt;
       x[d][i] += 0.5 * dt * (now - v[d][i]);
       v[d][i] = now;
       speed2 += now * now;
       push2 += a[d][i] * a[d][i];
     }
-    shift(flow, i, flow->stats.max_speed, dt, by);
+    shift(flow, i, by);
     bool fine = push2 < HUGE_VAL && speed2 * dt * dt <= pow(flow->particles->spacing, 2);
     for (int d = 0; d < dim; d++) {
       x[d][i] += by[d];
@@ -257,7 +265,7 @@ static sph_status start(sph_integrator *flow) {
             "isph: nothing moves and nothing pushes, so that the time step has no limit; call "
             "sph_integrator_set_dt");
   flow->cloud.travel = sphi_cloud_travel_in(flow, dt);
-  pack(flow, field(flow, SPHI_V));
+  sphi_isph_pack(flow, field(flow, SPHI_V), isph_of(flow)->open);
   SPH_TRY(find_rows(flow, t));
   SPH_TRY(predict(flow, t, dt));
   SPH_TRY(project(flow, t, dt));
@@ -276,7 +284,7 @@ sph_status sphi_isph_refresh(sph_integrator *flow) {
   } else if (!sphi_cloud_reaches(flow)) {
     SPH_TRY(sphi_cloud_build(flow));
   }
-  if (!flow->cloud.packed) pack(flow, field(flow, SPHI_V));
+  if (!flow->cloud.packed) sphi_isph_pack(flow, field(flow, SPHI_V), isph_of(flow)->open);
   flow->cloud.packed = true;
   return SPH_OK;
 }

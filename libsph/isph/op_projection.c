@@ -1,7 +1,7 @@
 /* First pass over the pairs of incompressible SPH, over fluid and ghosts:
  *
  *   M_i = sum_j V_j x_ji (x) grad_i W_ij,   N_i = sum_j V_j grad_i W_ij                       (1)
- *   D_i = sum_j V_j (u_j - u_i) . grad_i W_ij                                                 (2)
+ *   T_i = sum_j V_j (u_j - u_i) (x) grad_i W_ij                                               (2)
  *   C_i = sum_j V_j W_ij                                                                      (3)
  *
  * and the share of the ghosts in N. The trace of M is the divergence of positions, which tells the free surface.
@@ -22,7 +22,7 @@ typedef struct op_targets {
 typedef struct op_sums {
   vreal m[6]; /* xx yy xy | xx yy zz xy xz yz */
   vreal n[3];
-  vreal divergence, filling;
+  vreal shear[9], filling;
   vreal walls[3];
 } op_sums;
 
@@ -40,7 +40,7 @@ SPHI_INLINE void add_pair(const int dim, const op_targets *t, const real *source
   pair_gradient(dim, gw, volume, g, gradient);
   const real *v = source + SPHI_RECORD_F(dim) + 1;
   for (int d = 0; d < dim; d++) {
-    s->divergence += (v[d] - t->v[d]) * gradient[d];
+    for (int e = 0; e < dim; e++) s->shear[d * dim + e] += (v[d] - t->v[d]) * gradient[e];
     s->n[d] += gradient[d];
     s->m[d] += gradient[d] * g->dx[d];
   }
@@ -71,7 +71,7 @@ SPHI_INLINE void op_pair_second(const op_arguments *a, const int dim, const op_t
 SPHI_INLINE void op_store(const op_arguments *a, const int dim, int32_t first, int32_t count,
                           const op_targets *t, const op_sums *s) {
   (void)t;
-  lanes_store((real *)a->divergence + first, count, s->divergence);
+  for (int k = 0; k < dim * dim; k++) lanes_store((real *)a->shear[k] + first, count, s->shear[k]);
   lanes_store((real *)a->filling + first, count, s->filling);
   for (int d = 0; d < dim; d++) {
     lanes_store((real *)a->normal[d] + first, count, s->n[d]);

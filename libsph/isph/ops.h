@@ -7,10 +7,11 @@
 
 /* op_projection */
 typedef struct sphi_projection_arguments {
-  void *divergence, *filling; /* [n] */
-  void *normal[3];            /* [n] N */
-  void *walls[3];             /* [n] what of it is of ghosts: towards walls */
-  void *moment[6];            /* [n] M: xx yy xy | xx yy zz xy xz yz */
+  void *filling;   /* [n] C */
+  void *shear[9];  /* [n] T, a row of dim for each component of the velocity */
+  void *normal[3]; /* [n] N */
+  void *walls[3];  /* [n] what of it is of ghosts: towards walls */
+  void *moment[6]; /* [n] M: xx yy xy | xx yy zz xy xz yz */
 } sphi_projection_arguments;
 
 /* op_laplacian */
@@ -18,6 +19,10 @@ typedef struct sphi_laplacian_arguments {
   const void *scale, *q[3]; /* [n] */
   const int64_t *place[2];  /* [n] of the first particle of a cluster: where its entries start */
   void *entry[2];           /* of fluid and of ghosts */
+  void *sum, *count;        /* [n] of entries of fluid that are not 0 */
+  void *up[3];              /* [n] towards open neighbours */
+  void *collision[3];       /* [n] B */
+  double spacing;
 } sphi_laplacian_arguments;
 
 /* op_viscosity */
