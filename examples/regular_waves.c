@@ -282,9 +282,11 @@ int main(int argc, char **argv) {
   expected of = {&s, context, &w};
   create_paddle(&s, context, &w);
   example_flume_build(flume, &s.scheme, NULL, &f, &w);
-  if (s.rate > 0)
-    OK(sph_wcsph_add_damping_zone(f.integrator, 0, flume->length - s.zone * 2 * pi / s.k,
-                                  flume->length, s.rate / s.period));
+  if (s.rate > 0) {
+    const bool projects = strcmp(s.scheme.method, "isph") == 0;
+    OK((projects ? sph_isph_add_damping_zone : sph_wcsph_add_damping_zone)(
+        f.integrator, 0, flume->length - s.zone * 2 * pi / s.k, flume->length, s.rate / s.period));
+  }
   create_probes(&of, &f);
   /* A few samples more than the figures want. */
   const double hi = settled(&s) + s.periods * s.period, start = example_clock();
