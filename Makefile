@@ -223,7 +223,11 @@ $(BUILD)/tests/shared/%: tests/%.c $(BUILD)/libsph.so $(BUILD)/flags
 
 $(BUILD)/tests/%: tests/%.c $(LIB_STATIC) $(BUILD)/flags
 	@mkdir -p $(@D)
-	$(call say,TEST)$(CC) $(TEST_CFLAGS) $(CPPFLAGS) $(CFLAGS) -o $@ $< $(LDFLAGS) $(LIB_STATIC) -lcunit $(LIBS)
+	$(call say,TEST)$(CC) $(TEST_CFLAGS) $(CPPFLAGS) $(CFLAGS) $(FACTS) -o $@ $< $(LDFLAGS) $(LIB_STATIC) -lcunit $(LIBS)
+
+# A test of programs.
+$(BUILD)/tests/t95_study: private FACTS = -DEXAMPLES='"$(abspath $(BUILD)/examples)"'
+$(BUILD)/tests/t95_study: $(BUILD)/examples/seawall_study $(BUILD)/examples/movable_seawall
 
 .PHONY: check
 check: ## install what is missing, build, run every test; search=t3 runs some
@@ -244,11 +248,11 @@ examples: $(EXAMPLES) ## build the examples into build/examples
 .SECONDARY: $(EXAMPLE_COMMON)
 $(BUILD)/examples/obj/%.o: examples/%.c $(BUILD)/flags
 	@mkdir -p $(@D)
-	$(call say,CC)$(CC) $(PROGRAM_CFLAGS) -Iexamples $(CPPFLAGS) $(CFLAGS) -c -o $@ $<
+	$(call say,CC)$(CC) $(PROGRAM_CFLAGS) -pthread -Iexamples $(CPPFLAGS) $(CFLAGS) -c -o $@ $<
 
 $(BUILD)/examples/%: examples/%.c $(EXAMPLE_COMMON) $(LIB_STATIC) $(BUILD)/flags
 	@mkdir -p $(@D)
-	$(call say,EXAMPLE)$(CC) $(PROGRAM_CFLAGS) -Iexamples $(CPPFLAGS) $(CFLAGS) -o $@ $< $(EXAMPLE_COMMON) \
+	$(call say,EXAMPLE)$(CC) $(PROGRAM_CFLAGS) -pthread -Iexamples $(CPPFLAGS) $(CFLAGS) -o $@ $< $(EXAMPLE_COMMON) \
 	  $(LDFLAGS) $(LIB_STATIC) $(LIBS)
 
 

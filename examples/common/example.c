@@ -4,6 +4,7 @@
 #include <errno.h>
 #include <limits.h>
 #include <math.h>
+#include <setjmp.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,8 +15,34 @@
 
 static const char *program = "example";
 
+/* The attempt that the thread is in. */
+static _Thread_local struct {
+  bool on;
+  jmp_buf back;
+  sph_status status;
+  char *message;
+} attempt;
+
+static void give_up(sph_status status, const char *text) {
+  if (!attempt.on) return;
+  attempt.status = status;
+  snprintf(attempt.message, EXAMPLE_MESSAGE, "%s", text);
+  longjmp(attempt.back, 1);
+}
+
+sph_status example_attempt(void (*work)(void *user), void *user, char message[EXAMPLE_MESSAGE]) {
+  attempt.on = true;
+  attempt.status = SPH_OK;
+  attempt.message = message;
+  message[0] = '\0';
+  if (setjmp(attempt.back) == 0) work(user);
+  attempt.on = false;
+  return attempt.status;
+}
+
 void example_check(sph_status status, const sph_context *context, const char *call) {
   if (status == SPH_OK) return;
+  give_up(status, sph_context_message(context));
   fflush(stdout);
   fprintf(stderr, "%s: %s: %s\n", program, sph_status_name(status), sph_context_message(context));
   fprintf(stderr, "%s: in %s\n", program, call);
@@ -25,6 +52,7 @@ void example_check(sph_status status, const sph_context *context, const char *ca
 void *example_memory(int64_t n, size_t size) {
   void *memory = calloc(n > 0 ? (size_t)n : 1, size);
   if (memory == NULL) {
+    give_up(SPH_E_MEMORY, "out of memory");
     fprintf(stderr, "%s: out of memory for %lld numbers\n", program, (long long)n);
     exit(1);
   }

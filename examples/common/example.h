@@ -12,6 +12,12 @@
 #define OK(call) example_check((call), context, #call)
 void example_check(sph_status status, const sph_context *context, const char *call);
 
+/* Calls work(user) so that a failed OK or example_memory below it ends the call instead of the program: for programs
+ * of many runs. Returns that failure's code, and what it said as text. Each thread has its own; what functions
+ * in between took by example_memory is lost. */
+enum { EXAMPLE_MESSAGE = 400 };
+sph_status example_attempt(void (*work)(void *user), void *user, char message[EXAMPLE_MESSAGE]);
+
 /* Zeroed memory for n things or numbers, or the end of the program. */
 void *example_memory(int64_t n, size_t size);
 double *example_numbers(int64_t n);

@@ -20,7 +20,7 @@ void example_flow_open(const example_scheme *s, int dim, double dx, example_flow
   sph_kernel_type kernel;
   if (!is_incompressible(s) && strcmp(s->method, "wcsph") != 0)
     example_refuse("--method", "\"%s\" is neither wcsph nor isph", s->method);
-  if (sph_context_create(&context) != SPH_OK) exit(1);
+  OK(sph_context_create(&context));
   f->context = context;
   OK(sph_context_set_threads(context, example_threads(s->threads)));
   OK(sph_context_set_isa(context, example_isa(s->isa)));

@@ -21,6 +21,8 @@ void example_flume_complete(example_flume *s) {
   if (!by_paddle(s) && strcmp(s->start, "theory") != 0)
     example_refuse("--start", "\"%s\" is neither paddle nor theory", s->start);
   if (*s->motion != '\0' && !by_paddle(s)) example_refuse("--motion", "wants --start paddle");
+  if (s->paddle_middle > 0 && (s->paddle_start > 0 || *s->motion != '\0' || !by_paddle(s)))
+    example_refuse("--paddle-middle", "goes without --paddle-start, --motion, --start theory");
   if (s->crest == 0) s->crest = fmin(20 * s->depth, 0.5 * s->length);
   if (!by_paddle(s) && s->crest > s->length)
     example_refuse("--crest", "must be in the flume of %g m, got %g", s->length, s->crest);
@@ -62,16 +64,14 @@ static void create_walls(const example_flume *s, const example_waves *w, sph_bod
 }
 
 typedef struct surface {
-  const sph_context *context;
   const sph_wave *wave; /* NULL: still water */
   double depth;
 } surface;
 
 static double surface_level(const double *x, void *user) {
   const surface *of = user;
-  const sph_context *context = of->context;
   double elevation = 0;
-  if (of->wave) OK(sph_wave_elevation(of->wave, 0, 1, x, &elevation));
+  if (of->wave && sph_wave_elevation(of->wave, 0, 1, x, &elevation) != SPH_OK) return NAN;
   return of->depth + elevation;
 }
 
@@ -80,7 +80,7 @@ static void fill(const example_flume *s, const example_waves *w, example_flow *f
   sph_context *context = f->context;
   double shore[2];
   example_flume_on_wall(s, s->depth, shore);
-  surface under = {context, w->paddle ? NULL : w->wave, s->depth};
+  surface under = {w->paddle ? NULL : w->wave, s->depth};
   const double columns_end = s->dx * floor(fmin(s->length, shore[0]) / s->dx + 1e-6);
   const double lo[2] = {0, 0}, hi[2] = {columns_end, 4 * s->depth};
   OK(sph_particles_fill_surface(f->water, lo, hi, surface_level, &under, s->density));
@@ -139,6 +139,23 @@ void example_flume_build(const example_flume *s, const example_scheme *scheme, s
   start(s, scheme, w, c0, f);
 }
 
+static double time_to_middle(const sph_paddle *paddle) {
+  return 0.5 * (sph_paddle_end(paddle) - sph_paddle_start(paddle));
+}
+
+/* Moves the law so that the middle of the stroke is at the time asked for. Where half of it takes longer, the
+ * pieces that bring the paddle to rest at both ends get more of the stroke, up to what they may have. */
+static void time_the_middle(const example_flume *s, const sph_context *context,
+                            sph_paddle *paddle) {
+  double lo = 1e-6, hi = 0.1;
+  for (int k = 0; k < 40 && (k > 0 || time_to_middle(paddle) > s->paddle_middle); k++) {
+    const double fraction = 0.5 * (lo + hi);
+    OK(sph_paddle_set_ends(paddle, fraction, 0));
+    *(time_to_middle(paddle) > s->paddle_middle ? &lo : &hi) = fraction;
+  }
+  OK(sph_paddle_set_start(paddle, fmax(0, s->paddle_middle - time_to_middle(paddle))));
+}
+
 void example_flume_create(const example_flume *s, const example_scheme *scheme, sph_body *body,
                           example_flow *f, example_waves *w) {
   sph_context *context = f->context;
@@ -151,6 +168,7 @@ void example_flume_create(const example_flume *s, const example_scheme *scheme, 
     OK(sph_paddle_create_csv(context, s->motion, "t_s", "x_piston_m", &w->paddle));
   else if (by_paddle(s))
     OK(sph_paddle_create_solitary(context, w->wave, s->paddle_start, &w->paddle));
+  if (by_paddle(s) && s->paddle_middle > 0) time_the_middle(s, context, w->paddle);
   example_flume_build(s, scheme, body, f, w);
 }
 

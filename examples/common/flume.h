@@ -12,6 +12,7 @@ typedef struct example_flume {
   double angle;             /* between bed and right side, in the water [degrees] */
   double crest;             /* --start theory: how far before the toe the crest is */
   double paddle_start;      /* --start paddle: when the piston moves [s] */
+  double paddle_middle;     /* or when it is in the middle of its stroke [s] */
   double end;               /* [s] */
   double gravity, density;
   const char *theory, *start, *motion;
@@ -29,6 +30,8 @@ typedef struct example_flume {
                   "CSV with the piston's t_s and x_piston_m, instead of the theory's law"),      \
       OPTION_NUMBER("--crest", (s).crest, 0, 10000, "theory: crest before the toe [m]; 20 d"),   \
       OPTION_NUMBER("--paddle-start", (s).paddle_start, 0, 1000, "paddle: when it starts [s]"),  \
+      OPTION_NUMBER("--paddle-middle", (s).paddle_middle, 0, 1000,                               \
+                    "instead: when it is in the middle of its stroke [s]"),                      \
       OPTION_NUMBER("--end", (s).end, 0, 10000, "end [s]; 0: after the run-up")
 
 /* Walls in the boundary: a fixed right wall is part of the bed's, on which the horizontal force is that on
