@@ -276,6 +276,11 @@ validate: lib examples ## run the published cases in full and compare with measu
 validate-waves: lib examples ## run the waves and seawalls and compare with exact solutions
 	BUILD='$(BUILD)' tests/validation/waves.sh '$(BUILD)/waves'
 
+.PHONY: liang
+liang: lib examples ## put every number of Liang et al. (2017) beside ours and the exact ones (LIANG='--study --update' for options)
+	BUILD='$(BUILD)' tests/validation/liang.sh '$(BUILD)/liang' $(LIANG)
+LIANG ?=
+
 .PHONY: wave-loss
 wave-loss: lib examples ## measure what waves lose by resolution, diffusion, viscosity and kernel
 	BUILD='$(BUILD)' tests/validation/wave_loss.sh '$(BUILD)/wave_loss'

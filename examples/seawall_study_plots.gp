@@ -25,6 +25,7 @@ array column[3] = [9, 4, 6]
 array quantity[3] = ['largest displacement / h', 'largest force / static force', 'largest run-up / h']
 array image[3] = ['displacement', 'force', 'run_up']
 do for [n = 1:3] {
+  set yrange [*:*]
   stats study using (valid(column[n]) ? column(column[n]) : NaN) nooutput
   top = STATS_max > 0 ? 1.05 * STATS_max : 1
   set output sprintf('%s/seawall_%s.png', images, image[n])
