@@ -1,6 +1,7 @@
 /* The parameter study of the seawall, as a program: what it leaves when it is stopped, fed with other files, or fails. */
 #define _POSIX_C_SOURCE 200809L
 #include <ctype.h>
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -178,7 +179,7 @@ static void test_failed_run(void) {
   CU_ASSERT(read_rows("failed.csv").count == 2);
 }
 
-/* `name` holds `text`: the study refuses it with status 2 and words, and leaves it. */
+/* bad.csv holds `text`: the study refuses it with status 2 and words, and leaves it. */
 static void refused(const char *text, const char *words) {
   static char after[TEXT];
   write_file("bad.csv", "w", text);
@@ -239,6 +240,14 @@ static void test_cannot_write(void) {
   CU_ASSERT(strstr(said, ". is no plain file") != NULL);
   CU_ASSERT(run("seawall_study", FAILS "--heights 0.3 --out /dev/full") == 2);
   CU_ASSERT(strstr(said, "/dev/full is no plain file") != NULL);
+  /* Another study, here this test, has the file. */
+  snprintf(path, sizeof path, "%s/good.csv", folder);
+  const int held = open(path, O_RDWR);
+  struct flock whole = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
+  CU_ASSERT_FATAL(held >= 0 && fcntl(held, F_SETLK, &whole) == 0);
+  CU_ASSERT(run("seawall_study", FAILS "--heights 0.4 --out good.csv") == 2);
+  CU_ASSERT(strstr(said, "good.csv is in use by another study") != NULL);
+  close(held);
   /* What is put in the file's place has nowhere to go. */
   snprintf(path, sizeof path, "%s/good.csv.new", folder);
   CU_ASSERT(mkdir(path, 0777) == 0);
