@@ -6,21 +6,21 @@
 #   at      at time `from`, between samples by a straight line
 #   mean    from `from` to `to`
 #   away    largest distance from `level` between `from` and `to`
-#   second  a second maximum 0.143 to 1 s from the largest value (sqrt(h/g) in 0.2 m of water), by at least `dip` (0.01)
-#           of itself above the lowest value between the two; second_at: its time less that of the largest
+#   second  a second maximum 0.143 (sqrt(h/g) in 0.2 m of water) to `reach` (0.5) s from the largest value, by at least
+#           0.01 of itself above the lowest value between the two; second_at: its time less that of the largest
 # "" where there is none.
 BEGIN {
   FS = ","
   if (time == "") time = 1
   if (scale == "") scale = 1
-  if (dip == "") dip = 0.01
+  if (reach == "") reach = 0.5
   n = head = tail = 0
 }
 function look(lo, hi, step,    k, least) {
   least = m[lo]
   for (k = lo; step * (hi - k) >= 0 && k >= 0 && k < n; k += step) {
     if (m[k] < least) least = m[k]
-    if (step * (t[k] - t[top]) > 0.143 && m[k] - least >= dip * m[k] && (second == "" || m[k] > second)) { second = m[k]; second_at = t[k] - t[top] }
+    if (step * (t[k] - t[top]) > 0.143 && m[k] - least >= 0.01 * m[k] && (second == "" || m[k] > second)) { second = m[k]; second_at = t[k] - t[top] }
   }
 }
 /^[-+.0-9]/ { t[n] = $time + 0; v[n++] = ($column - offset) * scale }
@@ -42,8 +42,8 @@ END {
   if (what == "at") print at
   if (what == "mean") print count ? total / count : ""
   if (what == "away") print away
-  for (last = top; last < n - 1 && t[last] < t[top] + 1;) last++
-  for (first = top; first > 0 && t[first] > t[top] - 1;) first--
+  for (last = top; last < n - 1 && t[last] < t[top] + reach;) last++
+  for (first = top; first > 0 && t[first] > t[top] - reach;) first--
   look(top, last, 1)
   look(top, first, -1)
   if (what == "second") print second

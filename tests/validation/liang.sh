@@ -237,7 +237,7 @@ TEXT
   done
   cat <<'TEXT'
 
-Largest force over F_static, and whether there is a second maximum, at least sqrt(h/g) from the first and with a dip of 1 % between the two: the paper sees one below H/h = 0.4 and two above, potential flow two from 0.43 on.
+Largest force over F_static, and whether there is a second maximum, 1 to 3.5 sqrt(h/g) from the first and with a dip of 1 % between the two: the paper sees one below H/h = 0.4 and two above, potential flow two from 0.43 on.
 Distances in time are in sqrt(h/g).
 
 | H/h | exact, wave | exact, tank | here | Liang et al. (2017) | second maximum: exact, wave | here | from the first: exact, wave | here |
@@ -327,7 +327,7 @@ TEXT
   line 'k = 1e3: largest X/h' 0.55 - "$(of $mid displacement_max_over_d)"
   line '... when' 2.88 - "$(of $mid displacement_max_time_s)"
   line '... back at its place' 3.5 - "$(ours $mid wall falls -v level=0.01 -v from=3)"
-  line '... second maximum of the force' 'twin peaks' - "$(ours $mid force second -v dip=0.05)"
+  line '... second maximum of the force' 'twin peaks' - "$(ours $mid force second -v reach=1)"
   line 'k = 1e4: largest force' "$(printed 0.3 '>=1e4' 50 4)" "$(exact 0.3_fixed force most)" "$(of $stiff force_max_over_static)"
   line '... R/h' "$(printed 0.3 '>=1e4' 50 6)" "$(exact 0.3_fixed run_up most)" "$(of $stiff run_up_over_d)"
   line '... largest X/h' 0 - "$(of $stiff displacement_max_over_d)"
