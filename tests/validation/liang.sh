@@ -7,7 +7,7 @@
 # --quick    coarse, to try the script itself; the figures mean nothing
 # --report   write the page from the runs that are in FOLDER already
 # --update   copy the page to docs/ and its plots to docs/images/
-# --study    run the parameter study too, 300 runs: hours. It goes on where it was; its rows are in FOLDER/study.csv
+# --study    run the parameter study too, 300 runs: hours. It goes on where it was; its rows are in FOLDER/study_METHOD.csv
 # --method   isph unless told otherwise
 # BUILD in the environment is where the examples were built.
 set -eu
@@ -29,8 +29,8 @@ case $method in isph | wcsph) ;; *) echo "liang.sh: --method is isph or wcsph, g
 paper=$measured/liang2017_movable_seawall_text_values.csv
 heights='0.1 0.2 0.3 0.4 0.5 0.6'
 stiffnesses='10 100 1000 10000' masses='50 100 175 250 375 500'
-coarse=0.008 study_options=
-[ "$quick" = 1 ] && coarse=0.025 study_options='--dx 0.04'
+coarse=0.008 study_options= study_csv=$out/study_$method.csv
+[ "$quick" = 1 ] && coarse=0.025 study_options='--dx 0.04' study_csv=$out/study_quick_$method.csv
 
 # The piston of the exact computation: first order, in the middle of its stroke at this time [s].
 middle() {
@@ -52,7 +52,7 @@ with_exact() {
 corners() {
   [ "$report" = 1 ] && return 0
   # shellcheck disable=SC2086  # a list of words
-  "$build/examples/seawall_study" --method "$method" $study_options --out "$out/study.csv" "$@" || true
+  "$build/examples/seawall_study" --method "$method" $study_options --out "$study_csv" "$@" || true
 }
 {
   for h in $heights; do
@@ -81,7 +81,7 @@ corners --heights 0.2,0.6 --stiffnesses 0.01,1e7 --masses 50,500
 mkdir -p "$out/images"
 rm -f "$out"/images/*.png
 plot -e "out='$out'; measured='$measured'; images='$out/images'" "$root/tests/validation/liang.gp"
-plot -e "study='$out/study.csv'; images='$out/images'" "$examples/seawall_study_plots.gp"
+plot -e "study='$study_csv'; images='$out/images'" "$examples/seawall_study_plots.gp"
 for image in displacement force run_up; do
   [ ! -e "$out/images/seawall_$image.png" ] || mv "$out/images/seawall_$image.png" "$out/images/liang_study_$image.png"
 done
@@ -163,8 +163,8 @@ wave() {
 }
 # study_row H K M COLUMN: of the parameter study; force 4, run-up 6, displacement 9.
 study_row() {
-  [ ! -e "$out/study.csv" ] || awk -F, -v h="$1" -v k="$2" -v m="$3" -v c="$4" \
-    '/^[0-9]/ && $1 == h && $2 == k && $3 == m && $c != "nan" { print $c }' "$out/study.csv"
+  [ ! -e "$study_csv" ] || awk -F, -v h="$1" -v k="$2" -v m="$3" -v c="$4" \
+    '/^[0-9]/ && $1 == h && $2 == k && $3 == m && $c != "nan" { print $c }' "$study_csv"
 }
 # rise H M: run-up at the stiffest over that at the softest spring, per cent.
 rise() {
@@ -174,7 +174,7 @@ rise() {
 # spread COLUMN K_REFERENCE K_FROM K_TO: the largest distance of a figure from that at K_REFERENCE, per cent, over all
 # waves and masses of the study.
 spread() {
-  [ ! -e "$out/study.csv" ] || awk -F, -v c="$1" -v r="$2" -v lo="$3" -v hi="$4" '
+  [ ! -e "$study_csv" ] || awk -F, -v c="$1" -v r="$2" -v lo="$3" -v hi="$4" '
     /^[0-9]/ && $c != "nan" { v[$1, $3, $2] = $c }
     END {
       for (i in v) {
@@ -184,13 +184,13 @@ spread() {
         if (part[3] + 0 != r + 0) n++
         if (e > most) most = e
       }
-      if (n) print most + 0 }' "$out/study.csv"
+      if (n) print most + 0 }' "$study_csv"
 }
 most_displacement() {
-  [ ! -e "$out/study.csv" ] || awk -F, -v lo="$1" '/^[0-9]/ && $2 + 0 >= lo && $9 != "nan" { n++; if ($9 + 0 > most) most = $9 + 0 }
-    END { if (n) print most + 0 }' "$out/study.csv"
+  [ ! -e "$study_csv" ] || awk -F, -v lo="$1" '/^[0-9]/ && $2 + 0 >= lo && $9 != "nan" { n++; if ($9 + 0 > most) most = $9 + 0 }
+    END { if (n) print most + 0 }' "$study_csv"
 }
-rows_of_study() { [ ! -e "$out/study.csv" ] || grep -c "^[0-9].*,$1," "$out/study.csv" || true; }
+rows_of_study() { [ ! -e "$study_csv" ] || grep -c "^[0-9].*,$1," "$study_csv" || true; }
 {
   cat <<TEXT
 # Validation: every number of Liang et al. (2017)
@@ -407,7 +407,7 @@ TEXT
 
 ## Collective effects
 
-Of the parameter study (\`examples/seawall_study\`): $(rows_of_study SPH_OK) of 300 runs are done, $(awk -F, '/^[0-9]/ && $15 != "SPH_OK"' "$out/study.csv" 2>/dev/null | wc -l | tr -d ' ') failed.
+Of the parameter study (\`examples/seawall_study\`): $(rows_of_study SPH_OK) of 300 runs are done, $(awk -F, '/^[0-9]/ && $15 != "SPH_OK"' "$study_csv" 2>/dev/null | wc -l | tr -d ' ') failed.
 k* = k/(rho g h²), m* = m/(rho h²).
 
 | quantity | Liang et al. (2017) | here |
