@@ -10,6 +10,7 @@ struct sph_body {
   sph_threshold kind;
   sph_body_rule rule;
   double x, v, a, force;
+  double added, carried; /* mass of the fluid that it moves, and the force on that [N] */
 };
 
 sph_status sph_body_create(sph_context *context, double mass, sph_body **out) {
@@ -206,7 +207,9 @@ static double find_event(const piece *p, double t, bool of_place, double stop) {
 /* Moves on to the next event, or by dt; returns the time that took. */
 static double move_on(sph_body *body, double force, double dt) {
   const bool at_rest = body->v == 0;
-  const double pull = counted(body, force, at_rest) - body->stiffness * (body->x - body->rest);
+  const double pull =
+      counted(body, force, at_rest) + body->carried - body->stiffness * (body->x - body->rest);
+  const double mass = body->mass + body->added;
   double sum = pull;
   if (at_rest && is_held(body, pull)) {
     body->a = 0;
@@ -214,8 +217,7 @@ static double move_on(sph_body *body, double force, double dt) {
   }
   const double way = at_rest ? pull : body->v;
   sum -= way > 0 ? body->friction : -body->friction;
-  const piece p = {body->x, body->v, sum / body->mass, body->damping / body->mass,
-                   body->stiffness / body->mass};
+  const piece p = {body->x, body->v, sum / mass, body->damping / mass, body->stiffness / mass};
   double x, v, stop = HUGE_VAL;
   bool turns = false;
   piece_at(&p, dt, &x, &v);
@@ -238,11 +240,14 @@ static double move_on(sph_body *body, double force, double dt) {
 
 static void step_as_printed(sph_body *body, double force, double dt) {
   const double sum = counted(body, force, body->x <= body->lower) -
-                     body->stiffness * (body->x - body->rest) - body->damping * body->v;
-  body->a = sum / body->mass;
+                     body->stiffness * (body->x - body->rest) - body->damping * body->v +
+                     body->carried;
+  body->a = sum / (body->mass + body->added);
   body->v += dt * body->a;
   body->x = fmax(body->x + dt * body->v, body->lower);
 }
+
+void sphi_body_add_mass(sph_body *body, double mass) { body->added = mass; }
 
 sph_status sph_body_advance(sph_body *body, double force, double dt) {
   if (!body) return SPH_E_ARGUMENT;
@@ -255,6 +260,7 @@ sph_status sph_body_advance(sph_body *body, double force, double dt) {
   SPH_CHECK(body->context, dt * fast <= 1e6, SPH_E_ARGUMENT,
             "body: dt %g s is more than 10^6 times its own time of %g s", dt, 1 / fast);
   const sph_body before = *body;
+  body->carried = body->added * body->a;
   if (body->rule == SPH_BODY_AS_PRINTED) {
     step_as_printed(body, force, dt);
   } else {

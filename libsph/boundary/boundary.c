@@ -269,9 +269,21 @@ bool sphi_boundary_is_driven(const sph_boundary *boundary) {
   return false;
 }
 
-sph_status sphi_boundary_drive(sph_boundary *boundary, double t, double dt) {
+/* About the mass of a fluid of this density that moves with a wall: the wet length squared, times what a plate in
+ * a long tank has (Westergaard 1933). */
+static double added_mass(const sph_boundary *boundary, int wall, double density) {
+  const double PLATE = 0.543;
+  double area = 0;
+  for (int32_t k = 0; k < boundary->wet_count; k++) {
+    const sphi_wet_ghost *wet = &boundary->wet[k];
+    if (wet->wall == wall && wet->wall_pressure != 0) area += wet->area;
+  }
+  return PLATE * density * pow(area, boundary->dim / (boundary->dim - 1.0));
+}
+
+sph_status sphi_boundary_drive(sph_boundary *boundary, double t, double dt, double density) {
   const double now = boundary->evaluated, ago = now - boundary->before;
-  const double ahead = boundary->known && ago > 0 ? (t + 0.5 * dt - now) / ago : 0;
+  const double ahead = density == 0 && boundary->known && ago > 0 ? (t + 0.5 * dt - now) / ago : 0;
   for (int w = 0; w < boundary->walls; w++) {
     double force[SPHI_MAX_DIM], middle[SPHI_MAX_DIM];
     if (!sphi_wall_is_driven(boundary->wall[w])) continue;
@@ -281,6 +293,7 @@ sph_status sphi_boundary_drive(sph_boundary *boundary, double t, double dt) {
       boundary->force[w][d] = force[d];
     }
     boundary->known = false; /* until all have moved */
+    if (density > 0) sphi_wall_add_mass(boundary->wall[w], added_mass(boundary, w, density));
     SPH_TRY(sphi_wall_drive(boundary->wall[w], t, dt, middle));
   }
   boundary->before = now;

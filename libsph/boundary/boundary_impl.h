@@ -89,9 +89,10 @@ bool sphi_boundary_moves(const sph_boundary *boundary);
 /* Of the fastest place of a wall that has ghosts [m/s]. */
 double sphi_boundary_speed(const sph_boundary *boundary);
 /* Motion of driven walls from t to t + dt, by the forces of the last two evaluations before steps, put on
- * to the middle of this one: a force that lags feeds sound waves between walls. */
+ * to the middle of this one: a force that lags feeds sound waves between walls. An incompressible fluid has no
+ * sound, and a `density`: forces are as they are, and bodies carry the mass of fluid that moves with them. */
 bool sphi_boundary_is_driven(const sph_boundary *boundary);
-sph_status sphi_boundary_drive(sph_boundary *boundary, double t, double dt);
+sph_status sphi_boundary_drive(sph_boundary *boundary, double t, double dt, double density);
 /* Share of the volume of ghost k, as it stands now, that it has to itself beside other walls' ghosts. */
 double sphi_boundary_share(const sph_boundary *boundary, int64_t k);
 /* Where the walls are at time t, without their ghosts. */

@@ -85,6 +85,7 @@ sph_status sph_isph_create(sph_context *context, sph_kernel *kernel, sph_particl
   (*out)->data = s;
   sph_status status = sph_solver_create(context, SPH_SOLVER_BICGSTAB, &s->solver);
   if (status == SPH_OK) status = sph_solver_set_tolerance(s->solver, 1e-6, 0);
+  if (status == SPH_OK) status = sph_solver_set_reuse(s->solver, 3);
   if (status != SPH_OK) {
     sph_integrator_destroy(out);
     return status;

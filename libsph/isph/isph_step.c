@@ -178,7 +178,7 @@ sph_status sphi_isph_step(sph_integrator *flow, double dt) {
   double **x = field(flow, SPHI_X), **v = field(flow, SPHI_V), **a = field(flow, c->acceleration);
   const double t = flow->stats.time;
   if (c->boundary && sphi_boundary_is_driven(c->boundary))
-    SPH_TRY(sphi_boundary_drive(c->boundary, t, dt));
+    SPH_TRY(sphi_boundary_drive(c->boundary, t, dt, c->rho0));
   c->packed = false;
   c->travel = sphi_cloud_travel_in(flow, dt);
   if (flow->stats.max_speed * dt > flow->particles->spacing)

@@ -211,6 +211,10 @@ sph_status sphi_wall_state_at(const sph_wall *wall, double t, sphi_wall_state *s
   return SPH_OK;
 }
 
+void sphi_wall_add_mass(sph_wall *wall, double mass) {
+  if (wall->body) sphi_body_add_mass(wall->body, mass);
+}
+
 sph_status sphi_wall_drive(sph_wall *wall, double t, double dt, const double *force) {
   sphi_wall_drive_state next = wall->to;
   next.t = t + dt;

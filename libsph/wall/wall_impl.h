@@ -142,6 +142,8 @@ void sphi_ghost_points_free(sph_context *context, sphi_ghost_points *points);
 sph_status sphi_wall_state_at(const sph_wall *wall, double t, sphi_wall_state *state);
 /* Whether a driver moves it; then its motion from t to t + dt under that force. */
 bool sphi_wall_is_driven(const sph_wall *wall);
+/* See sphi_body_add_mass; a wall without a body has no use for it. */
+void sphi_wall_add_mass(sph_wall *wall, double mass);
 sph_status sphi_wall_drive(sph_wall *wall, double t, double dt, const double *force);
 /* Signed distance [m] to the wall in its reference position: positive in the fluid; by the nearest
  * point of the wall, so far from an open wall's ends the sign means little. */

@@ -279,7 +279,7 @@ sph_status sphi_wcsph_step(sph_integrator *flow, double dt) {
   if (flow->cloud.boundary && sphi_boundary_is_driven(flow->cloud.boundary)) {
     /* Before the first step nothing has pushed yet. */
     if (flow->stats.steps == 0) SPH_TRY(sphi_cloud_update_ghosts(flow, flow->stats.time, 0));
-    SPH_TRY(sphi_boundary_drive(flow->cloud.boundary, flow->stats.time, dt));
+    SPH_TRY(sphi_boundary_drive(flow->cloud.boundary, flow->stats.time, dt, 0));
   }
   flow->cloud.packed = false;
   flow->cloud.travel = sphi_cloud_travel_in(flow, dt);
