@@ -6,6 +6,7 @@
 
 #include "integrator/integrator_impl.h"
 #include "isph/ops.h"
+#include "solver/solver_impl.h"
 
 /* Arrays of one of the variant's reals a particle, in storage order, with SPHI_PAD more. */
 enum {

@@ -278,11 +278,13 @@ sph_status sphi_isph_refresh(sph_integrator *flow) {
     SPH_TRY(reserve(flow));
     set_masses(flow);
     SPH_TRY(sphi_cloud_prepare(flow));
+    sphi_solver_renumbered(isph_of(flow)->solver);
     const sph_status status = start(flow);
     if (status != SPH_OK) flow->revision = -1;
     SPH_TRY(status);
   } else if (!sphi_cloud_reaches(flow)) {
     SPH_TRY(sphi_cloud_build(flow));
+    sphi_solver_renumbered(isph_of(flow)->solver);
   }
   if (!flow->cloud.packed) sphi_isph_pack(flow, field(flow, SPHI_V), isph_of(flow)->open);
   flow->cloud.packed = true;

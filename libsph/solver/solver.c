@@ -358,6 +358,8 @@ static sph_status make_vectors(sph_solver *solver, int64_t n) {
   return SPH_OK;
 }
 
+void sphi_solver_renumbered(sph_solver *solver) { solver->uses_left = 0; }
+
 /* ---- a solve ---- */
 
 /* Makes the preconditioner, or keeps the one there is. */

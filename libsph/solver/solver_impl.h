@@ -127,6 +127,8 @@ static inline float sphi_part_times(const int32_t *restrict columns, const float
   return s0 + s1;
 }
 
+/* The next solve makes its preconditioner: the rows have other numbers than before. */
+void sphi_solver_renumbered(sph_solver *solver);
 /* y = A x, without its mean where the null space is asked for; u.y and y.y. */
 void sphi_solver_multiply(const sph_solver *solver, const double *x, double *y, const double *u,
                           double *uy, double *yy);
