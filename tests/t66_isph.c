@@ -347,6 +347,38 @@ static void one_and_two_threads_give_the_same_bits(void) {
   free(x[1]);
 }
 
+/* Other solvers find the same pressures, to their tolerance. */
+static void any_solver_will_do(void) {
+  double *p[2];
+  int64_t n = 0;
+  for (int k = 0; k < 2; k++) {
+    flow_world w = tank((flow_plan){.dx = 0.02, .precision = SPH_PRECISION_DOUBLE}, 0.2, 0.1);
+    sph_solver *solver = NULL;
+    sph_status status = SPH_OK;
+    if (k) {
+      status = sph_isph_set_solver(w.flow, SPH_SOLVER_PETSC);
+      if (status == SPH_E_UNAVAILABLE)
+        SPH_TEST_OK(w.context, sph_isph_set_solver(w.flow, SPH_SOLVER_BICGSTAB));
+      else
+        SPH_TEST_OK(w.context, status);
+      SPH_TEST_STATUS(w.context, sph_isph_set_solver(w.flow, (sph_solver_kind)9), SPH_E_ARGUMENT,
+                      "9");
+    }
+    SPH_TEST_OK(w.context, sph_isph_get_solver(w.flow, &solver));
+    SPH_TEST_OK(w.context, sph_solver_set_tolerance(solver, 1e-10, 0));
+    if (k && status == SPH_E_UNAVAILABLE)
+      SPH_TEST_OK(w.context, sph_solver_set_preconditioner(solver, SPH_PRECONDITIONER_ILU0));
+    SPH_TEST_OK(w.context, sph_integrator_set_dt(w.flow, 1e-3));
+    flow_steps(&w, 3);
+    p[k] = flow_read(&w, SPH_PRESSURE);
+    n = (int64_t)sph_particles_count(w.water);
+    flow_free(&w);
+  }
+  SPH_TEST_BELOW(flow_difference(n, p[0], p[1]), 1e-6 * rho0 * g * 0.2);
+  free(p[0]);
+  free(p[1]);
+}
+
 /* Nothing moves, time stands still, and another limit lets the run go on. */
 static void what_does_not_converge_can_go_on(void) {
   flow_world w = tank((flow_plan){.dx = 0.01}, 0.2, 0.1);
@@ -458,6 +490,7 @@ SPH_TEST_MAIN("incompressible SPH", {"water at rest stays at rest", water_at_res
               {"water has its mass in a tank that starts",
                water_has_its_mass_in_a_tank_that_starts},
               {"one and two threads give the same bits", one_and_two_threads_give_the_same_bits},
+              {"any solver will do", any_solver_will_do},
               {"what does not converge can go on", what_does_not_converge_can_go_on},
               {"a lone particle falls", a_lone_particle_falls},
               {"wrong settings are refused", wrong_settings_are_refused},

@@ -105,6 +105,9 @@ SPH_API SPH_NODISCARD sph_status sph_integrator_set_dt(sph_integrator *integrato
  * Defaults: 0.4 (symplectic, verlet) or 0.65 (rk4) of the lattice limit of the kernel, see
  * sph_integrator_stable_dt: with density diffusion 0.49, 0.49 and 2.0 for the Gaussian kernel.
  *
+ * Of incompressible flow, which has no sound, it is the share of h that the fastest particle goes in a step,
+ * 0.25 until called and 0.5 at most: dt = min(courant h / max |u|, 0.07 sqrt(h / |g|), 0.125 h^2 / nu).
+ *
  * Units      dimensionless
  * Parallel   not while another call uses the context
  * Errors     SPH_E_ARGUMENT integrator NULL, courant not finite, < 0 or beyond stability

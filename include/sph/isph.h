@@ -1,6 +1,5 @@
 /** @file
- * Incompressible SPH by projection (Lee et al. 2008, Liang et al. 2017), behind an integrator. Not finished:
- * docs/isph.md says what it can do.
+ * Incompressible SPH by projection (Lee et al. 2008, Liang et al. 2017), behind an integrator.
  */
 #ifndef SPH_ISPH_H
 #define SPH_ISPH_H
@@ -118,9 +117,9 @@ SPH_API SPH_NODISCARD sph_status sph_isph_set_gradient(sph_integrator *integrato
 SPH_API SPH_NODISCARD sph_status sph_isph_set_laplacian(sph_integrator *integrator,
                                                         sph_isph_laplacian kind);
 
-/** Particles whose divergence of positions, dim in the bulk, is below this are the free surface, unless one
- * within 2 spacings and 45 degrees of the outward normal covers them; 1.75 in 2D and 2.7 in 3D until
- * called, 0 for a fluid without surface.
+/** Particles whose divergence of positions, dim in the bulk, is below this are open to the air, unless one
+ * within about 2 spacings and 45 degrees of the outward normal covers them; 1.75 in 2D and 2.7 in 3D until
+ * called, 0 for a fluid without surface. They get there by degrees, over a tenth of dim.
  *
  * Units      dimensionless, 0 to below dim
  * Parallel   not while another call uses the context
@@ -212,7 +211,19 @@ SPH_API SPH_NODISCARD sph_status sph_isph_add_damping_zone(sph_integrator *integ
  */
 SPH_API SPH_NODISCARD sph_status sph_isph_set_skin(sph_integrator *integrator, double skin);
 
-/** The solver of the pressure equation, for settings and numbers: BiCGStab to 1e-8 from the last pressure.
+/** The kind of solver for the pressure equation; SPH_SOLVER_BICGSTAB until called. It has the settings of a new
+ * integrator's, and pointers from sph_isph_get_solver() are no longer valid.
+ *
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator NULL, unknown kind; SPH_E_UNAVAILABLE SPH_SOLVER_PETSC in a library built
+ *            without; SPH_E_MEMORY; SPH_E_TYPE another method; then the solver is the one before
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_set_solver(sph_integrator *integrator,
+                                                     sph_solver_kind kind);
+
+/** The solver of the pressure equation, for settings and numbers: to 1e-6 from the last pressure, with a
+ * preconditioner kept for 3 solves while particles keep their numbers.
  *
  * A step whose equation is not solved within the solver's limit is SPH_E_NOT_CONVERGED: particles and time
  * are as before the step, with the best pressure that was found; set another limit or tolerance and

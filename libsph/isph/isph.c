@@ -74,6 +74,12 @@ static void tabulate_depths(const sph_kernel *kernel, double spacing, isph *s) {
   for (int k = 0; k < ISPH_DEPTHS; k++) s->above[k] -= there;
 }
 
+static sph_status create_solver(sph_context *context, sph_solver_kind kind, sph_solver **out) {
+  SPH_TRY(sph_solver_create(context, kind, out));
+  SPH_TRY(sph_solver_set_tolerance(*out, 1e-6, 0));
+  return sph_solver_set_reuse(*out, 3);
+}
+
 sph_status sph_isph_create(sph_context *context, sph_kernel *kernel, sph_particles *particles,
                            sph_boundary *boundary, sph_integrator **out) {
   SPH_TRY(sphi_cloud_create(context, &method, kernel, particles, boundary, out));
@@ -83,9 +89,7 @@ sph_status sph_isph_create(sph_context *context, sph_kernel *kernel, sph_particl
     return SPHI_ERROR(context, SPH_E_MEMORY, "isph: no memory");
   }
   (*out)->data = s;
-  sph_status status = sph_solver_create(context, SPH_SOLVER_BICGSTAB, &s->solver);
-  if (status == SPH_OK) status = sph_solver_set_tolerance(s->solver, 1e-6, 0);
-  if (status == SPH_OK) status = sph_solver_set_reuse(s->solver, 3);
+  const sph_status status = create_solver(context, SPH_SOLVER_BICGSTAB, &s->solver);
   if (status != SPH_OK) {
     sph_integrator_destroy(out);
     return status;
@@ -155,6 +159,15 @@ sph_status sph_isph_set_collisions(sph_integrator *integrator, double share) {
   SPH_CHECK(context, share >= 0 && share <= 1, SPH_E_ARGUMENT,
             "isph: the share of collisions must be 0 to 1, got %g", share);
   s->collisions = share;
+  return SPH_OK;
+}
+
+sph_status sph_isph_set_solver(sph_integrator *integrator, sph_solver_kind kind) {
+  SETTER(integrator);
+  sph_solver *solver;
+  SPH_TRY(create_solver(context, kind, &solver));
+  sph_solver_destroy(&s->solver);
+  s->solver = solver;
   return SPH_OK;
 }
 
