@@ -14,6 +14,7 @@
 #include <sph/interpolator.h>
 #include <sph/isph.h>
 #include <sph/kernel.h>
+#include <sph/mesh.h>
 #include <sph/output.h>
 #include <sph/paddle.h>
 #include <sph/particles.h>

@@ -6,7 +6,7 @@
 # and <stem>_impl.h. Public headers include only three standard headers and <sph/...>. Examples
 # see the public headers alone; tests may look inside.
 BEGIN {
-  count = split("core kernel wave paddle body solver particles sweep search wall interpolator boundary " \
+  count = split("core kernel wave paddle body solver mesh particles sweep search wall interpolator boundary " \
                 "integrator wcsph isph probe output initial", order, " ")
   for (k = 1; k <= count; k++) rank[order[k]] = k
 }
