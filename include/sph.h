@@ -9,6 +9,7 @@
 #include <sph/context.h>
 #include <sph/error.h>
 #include <sph/export.h>
+#include <sph/flip.h>
 #include <sph/initial.h>
 #include <sph/integrator.h>
 #include <sph/interpolator.h>

@@ -259,6 +259,9 @@ sph_status sphi_integrator_build(sph_integrator *flow, double radius) {
 sph_status sphi_integrator_gather(sph_integrator *flow, sphi_gather *gather,
                                   const sph_interpolator *interpolator, int64_t *build) {
   SPH_TRY(flow->method->refresh(flow));
+  SPH_CHECK(flow->context, flow->revision >= 0, SPH_E_TYPE,
+            "integrator: the method \"%s\" has no neighbours to interpolate from",
+            flow->method->name);
   if (*build != flow->stats.builds) {
     SPH_TRY(sphi_gather_sort(flow->context, gather, &flow->frame, flow->variant,
                              flow->particles->spacing, flow->kernel->support));

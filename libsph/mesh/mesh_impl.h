@@ -82,8 +82,8 @@ static inline void sphi_mesh_coordinates(const sph_mesh *mesh, int32_t cell, con
   share[0] = 1 - share[1] - share[2];
 }
 
-/* The cell with the point, by a walk from `cell`, or -1, and then the edge of the boundary where the walk
- * ended. After sphi_mesh_prepare. */
+/* The cell with the point, by a walk from `cell` (-1: by the squares alone), or -1, and then the edge of the
+ * boundary where the walk ended. After sphi_mesh_prepare. */
 int32_t sphi_mesh_walk(const sph_mesh *mesh, const double *x, int32_t cell, int32_t *stopped_by);
 /* The point of the boundary nearest to one outside, as far as going along it from `edge` finds it, and its
  * edge. */

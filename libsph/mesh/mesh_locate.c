@@ -116,7 +116,7 @@ static int32_t look_up(const sph_mesh *mesh, const double *x) {
 /* Goes over the edge that the point is farthest beyond; on the boundary over the other one that it is beyond,
  * if there is one. */
 int32_t sphi_mesh_walk(const sph_mesh *mesh, const double *x, int32_t cell, int32_t *stopped_by) {
-  for (int step = 0; step < MANY_STEPS; step++) {
+  for (int step = 0; cell >= 0 && step < MANY_STEPS; step++) {
     double share[3], least = -SPHI_MESH_EDGE;
     sphi_mesh_coordinates(mesh, cell, x, share);
     int over = -1;

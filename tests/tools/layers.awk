@@ -7,7 +7,7 @@
 # see the public headers alone; tests may look inside.
 BEGIN {
   count = split("core kernel wave paddle body solver mesh particles sweep search wall interpolator boundary " \
-                "integrator wcsph isph probe output initial", order, " ")
+                "integrator wcsph isph flip probe output initial", order, " ")
   for (k = 1; k <= count; k++) rank[order[k]] = k
 }
 
