@@ -387,6 +387,31 @@ static void cells_keep_to_their_bounds(void) {
   }
 }
 
+/* Water whose lower half has particles of a tenth too much volume rises by what that is, and the more the
+ * longer. */
+static void volumes_come_back(void) {
+  double mean[2];
+  for (int corrected = 0; corrected < 2; corrected++) {
+    box b = make_box(1, 1, 12, 12, 3, 0.5);
+    SPH_TEST_OK(b.context, sph_flip_set_volume_correction(b.flow, 0.5 * corrected));
+    double *x = read_field(&b, SPH_POSITION, 2), *volume = read_field(&b, SPH_VOLUME, 1);
+    for (int64_t i = 0; i < b.n; i++) volume[i] *= x[2 * i + 1] < 0.25 ? 1.1 : 1;
+    SPH_TEST_OK(b.context, sph_particles_write(b.particles, SPH_VOLUME, volume, b.n));
+    free(x);
+    free(volume);
+    SPH_TEST_OK(b.context, sph_integrator_advance(b.flow, 1));
+    mean[corrected] = 0;
+    for (int k = 0; k < 10; k++) {
+      double level;
+      SPH_TEST_OK(b.context, sph_flip_find_level(b.flow, 0.05 + 0.1 * k, &level));
+      mean[corrected] += level / 10;
+    }
+    free_box(&b);
+  }
+  SPH_TEST_CLOSE(mean[0], 0.5, 0, 1e-3);
+  SPH_TEST_CLOSE(mean[1], 0.525, 0, 0.01);
+}
+
 static double hump(const double *x, void *user) {
   (void)user;
   return 0.5 + 0.08 * cos(pi * x[0]);
@@ -500,6 +525,7 @@ static void wrong_calls_are_refused(void) {
                   "not a number");
   CU_ASSERT(other == NULL && sph_particles_count(none) == 0);
   SPH_TEST_STATUS(context, sph_flip_set_pic_share(b.flow, 1.1), SPH_E_ARGUMENT, "0 to 1");
+  SPH_TEST_STATUS(context, sph_flip_set_volume_correction(b.flow, -0.1), SPH_E_ARGUMENT, "0 to 1");
   SPH_TEST_STATUS(context, sph_flip_set_densities(b.flow, 2, 1), SPH_E_ARGUMENT, "light <= heavy");
   SPH_TEST_STATUS(context, sph_flip_set_viscosities(b.flow, -1, 1), SPH_E_ARGUMENT, ">= 0");
   SPH_TEST_STATUS(context, sph_flip_set_reseeding(b.flow, 5, 9), SPH_E_ARGUMENT, "twice");
@@ -603,6 +629,7 @@ SPH_TEST_MAIN("flip", {"still water has straight pressures", still_water_has_str
               {"PIC damps as it should", pic_damps_as_it_should},
               {"viscosity is that of a parabola", viscosity_is_that_of_a_parabola},
               {"cells keep to their bounds", cells_keep_to_their_bounds},
+              {"volumes come back", volumes_come_back},
               {"sloshing has the period of theory", sloshing_has_the_period_of_theory},
               {"threads do not change a bit", threads_do_not_change_a_bit},
               {"paddle raises the level", paddle_raises_the_level},

@@ -46,7 +46,7 @@ typedef struct sph_flip_stats {
  * between.
  *
  * Until set otherwise: g = (0, -9.81), alpha = 2 dt sqrt(|g|/l) with l = sqrt(2 A_K) of the smallest cell,
- * densities 1 and 1000, no viscosity, velocities weighed with masses, smoothing at the interface with lumped
+ * densities 1 and 1000, no viscosity, correction of volumes 0.1, velocities weighed with masses, smoothing at the interface with lumped
  * masses, the tag "top" open if the mesh has it, all else walls with free slip, cells
  * kept at 4 to 50 particles. The particles get a field "cell"; their pressure is that of the last step.
  * The integrator moves the mesh.
@@ -56,7 +56,7 @@ typedef struct sph_flip_stats {
  * Errors     SPH_E_ARGUMENT a NULL, particles not 2D, no particles, handles of another context, a field
  *            "cell" of other than one component; SPH_E_MEMORY
  * Source     Maljaars et al. (2017), eqs. (1)-(17), with the corrections of docs/theory/flip.md; differs:
- *            lumped smoothing at the interface alone, masses as weights
+ *            lumped smoothing at the interface alone, masses as weights, correction of volumes
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_flip_create(sph_context *context, sph_mesh *mesh,
@@ -132,6 +132,18 @@ SPH_API SPH_NODISCARD sph_status sph_flip_set_no_slip(sph_integrator *integrator
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_flip_set_pic_share(sph_integrator *integrator, double alpha);
+
+/** Share of a surplus or lack of particles' volume around a node that goes in a time sqrt(l/|g|), by a
+ * divergence that (3) of sph_flip_create asks for; 0.1 until called, 0: none, as printed.
+ *
+ * Units      dimensionless, 0 to 1
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator NULL, out of range; SPH_E_TYPE another method
+ * Source     own: smoothing leaves divergences, with which particles gather
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_flip_set_volume_correction(sph_integrator *integrator,
+                                                                double theta);
 
 /** Choose where and how grad p / rho is projected onto continuous functions: with lumped masses, the default,
  * or with the consistent mass matrix, as printed.

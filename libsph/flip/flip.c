@@ -59,7 +59,9 @@ static void destroy(sph_integrator *flow) {
                           s->mass_values,
                           s->fresh,
                           s->now_rho,
-                          s->now_count};
+                          s->now_count,
+                          s->volume,
+                          s->source};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) sphi_free(context, arrays[k]);
   sph_solver_destroy(&s->solver);
   sph_solver_destroy(&s->mass_solver);
@@ -72,11 +74,12 @@ static sph_status make_arrays(sph_integrator *flow) {
   flip *s = flip_of(flow);
   sph_context *context = flow->context;
   const int64_t nodes = s->mesh->nodes, cells = s->mesh->cells, boundary = s->mesh->boundary;
-  double **const of_cells[] = {&s->now_rho, &s->now_count, &s->rho,     &s->u[0],   &s->u[1],
-                               &s->star[0], &s->star[1],   &s->next[0], &s->next[1]};
-  double **const at_nodes[] = {&s->stress[0], &s->stress[1],   &s->stress[2],   &s->pressure,
-                               &s->right,     &s->push[0],     &s->push[1],     &s->mass,
-                               &s->change[0], &s->velocity[0], &s->velocity[1], &s->change[1]};
+  double **const of_cells[] = {&s->now_rho, &s->now_count, &s->volume,  &s->rho,     &s->u[0],
+                               &s->u[1],    &s->star[0],   &s->star[1], &s->next[0], &s->next[1]};
+  double **const at_nodes[] = {&s->stress[0], &s->stress[1], &s->stress[2],   &s->pressure,
+                               &s->source,    &s->right,     &s->push[0],     &s->push[1],
+                               &s->mass,      &s->change[0], &s->velocity[0], &s->velocity[1],
+                               &s->change[1]};
   uint8_t **const flags[] = {&s->mixed, &s->smooth, &s->filled, &s->held, &s->near};
   bool ok = true;
   for (size_t k = 0; k < sizeof of_cells / sizeof of_cells[0]; k++)
@@ -118,6 +121,7 @@ static sph_status set_up(sph_integrator *flow, sph_mesh *mesh) {
   s->density[0] = 1;
   s->density[1] = 1000;
   s->alpha = -1;
+  s->theta = 0.1;
   s->mass_weighted = true;
   s->smoothing = SPH_FLIP_SMOOTHING_INTERFACE;
   s->lumped = true;
@@ -203,6 +207,14 @@ sph_status sph_flip_set_pic_share(sph_integrator *integrator, double alpha) {
   SPH_CHECK(context, alpha <= 1, SPH_E_ARGUMENT,
             "flip: the share of PIC must be 0 to 1, or < 0 for the default, got %g", alpha);
   s->alpha = alpha;
+  return SPH_OK;
+}
+
+sph_status sph_flip_set_volume_correction(sph_integrator *integrator, double theta) {
+  SETTER(integrator);
+  SPH_CHECK(context, theta >= 0 && theta <= 1, SPH_E_ARGUMENT,
+            "flip: the volume's correction must be 0 to 1, got %g", theta);
+  s->theta = theta;
   return SPH_OK;
 }
 

@@ -86,12 +86,14 @@ sph_status sphi_flip_sort(sph_integrator *flow) {
 static void mean_of_cell(const sph_integrator *flow, int32_t c) {
   const flip *s = flip_of(flow);
   const double *rho = flip_field(flow, SPHI_RHO)[0], *m = flip_field(flow, SPHI_M)[0];
+  const double *volume = flip_field(flow, SPHI_VOL)[0];
   double **v = flip_field(flow, SPHI_V);
-  double density = 0, u[2] = {0}, mass = 0, lo = HUGE_VAL, hi = 0;
+  double density = 0, u[2] = {0}, mass = 0, filled = 0, lo = HUGE_VAL, hi = 0;
   for (int64_t k = s->start[c]; k < s->start[c + 1]; k++) {
     const int32_t i = s->order[k];
     const double weight = s->mass_weighted ? m[i] : 1;
     density += rho[i];
+    filled += volume[i];
     mass += weight;
     u[0] += weight * v[0][i];
     u[1] += weight * v[1][i];
@@ -99,6 +101,7 @@ static void mean_of_cell(const sph_integrator *flow, int32_t c) {
     hi = rho[i] > hi ? rho[i] : hi;
   }
   const int64_t count = s->start[c + 1] - s->start[c];
+  s->volume[c] = filled;
   s->filled[c] = count > 0;
   s->mixed[c] = hi - lo > 1e-3 * (s->density[1] - s->density[0]);
   if (count == 0) return;

@@ -25,6 +25,7 @@ typedef struct flip {
   sph_mesh *mesh;
   sph_solver *solver, *mass_solver; /* the second once it is needed */
   double gravity[2], density[2], viscosity[2];
+  double theta;        /* of the volume's correction */
   double alpha, share; /* of PIC: the caller's, < 0: none; that of the step */
   sph_flip_smoothing smoothing;
   bool lumped, mass_weighted, no_slip;
@@ -45,6 +46,7 @@ typedef struct flip {
 
   /* Of the cells. */
   double *rho, *u[2];        /* [cells] means */
+  double *volume;            /* [cells] of particles */
   double *star[2], *next[2]; /* [cells] velocity before and after pressure acts */
   uint8_t *mixed, *smooth, *filled;
   flip_record *record;
@@ -52,6 +54,7 @@ typedef struct flip {
 
   /* Of the nodes. */
   double *pressure, *right, *push[2]; /* grad p / rho */
+  double *source;                     /* wanted: integral of N_a div u */
   double *mass;                       /* lumped: a third of the areas around */
   double *velocity[2], *change[2];    /* U^(n+1), U^(n+1) - U^n */
   uint8_t *held, *near;               /* p = 0 there; scratch */

@@ -8,6 +8,9 @@ enum { PARALLEL_FROM = 2048 };
 /* Sine of the angle between walls from which on a corner keeps to both. */
 static const double CORNER = 0.5;
 
+/* Share of the area beyond which a surplus of volume counts no more. */
+static const double MOST_SURPLUS = 0.5;
+
 /* Places of node a's neighbours, a itself included, into columns from `at` on, unless it is NULL; their
  * number. mark[b] is a + 1 for those found. */
 static int32_t find_row(const sph_mesh *mesh, int32_t a, int32_t *mark, int32_t *at) {
@@ -175,13 +178,30 @@ static void make_rows(const sph_integrator *flow) {
   }
 }
 
+/* What divergence brings volumes of particles around nodes back to the areas there: theta sqrt(|g|/l) times
+ * what they are too much, or too little. */
+static void make_source(const sph_integrator *flow) {
+  const flip *s = flip_of(flow);
+  const sph_mesh *mesh = s->mesh;
+  const double rate = s->theta * sqrt(hypot(s->gravity[0], s->gravity[1]) / s->shortest);
+#pragma omp parallel for num_threads(flow->context->threads) \
+    schedule(static) if (mesh->nodes > PARALLEL_FROM)
+  for (int32_t a = 0; a < mesh->nodes; a++) {
+    double volume = 0;
+    for (int64_t t = mesh->touch_start[a]; t < mesh->touch_start[a + 1]; t++)
+      volume += s->volume[mesh->touch[t] / 3];
+    const double surplus = volume / (3 * s->mass[a]) - 1;
+    s->source[a] = s->mass[a] * rate * (surplus > MOST_SURPLUS ? MOST_SURPLUS : surplus);
+  }
+}
+
 /* The right-hand side times dt, for velocities u. */
 static void make_right(const sph_integrator *flow, double *const *u) {
   const flip *s = flip_of(flow);
   const sph_mesh *mesh = s->mesh;
 #pragma omp parallel for num_threads(flow->context->threads) \
     schedule(static) if (mesh->nodes > PARALLEL_FROM)
-  for (int32_t a = 0; a < mesh->nodes; a++) s->right[a] = divergence_at(mesh, u, a);
+  for (int32_t a = 0; a < mesh->nodes; a++) s->right[a] = divergence_at(mesh, u, a) + s->source[a];
   for (int32_t e = 0; e < mesh->boundary; e++) {
     double n[2];
     if (s->normal_velocity[1][e] == 0) continue;
@@ -228,6 +248,7 @@ static sph_status solve(sph_integrator *flow, double dt) {
   SPH_TRY(check_closed(flow));
   SPH_TRY(sph_solver_set_null_space(s->solver, !open));
   make_rows(flow);
+  make_source(flow);
   make_right(flow, s->star);
   for (int32_t a = 0; a < mesh->nodes; a++) {
     s->right[a] /= dt;
