@@ -144,6 +144,15 @@ static inline void flow_evaluate(const flow_world *w) {
   SPH_TEST_OK(w->context, sph_integrator_set_dt(w->flow, 0));
 }
 
+/* Motion of a wall along x with the constant acceleration *user from t = 0. */
+static inline void flow_accelerate(double t, double *displacement, double *velocity,
+                                   double *acceleration, void *user) {
+  const double a = *(const double *)user;
+  displacement[0] = 0.5 * a * t * t;
+  velocity[0] = a * t;
+  acceleration[0] = a;
+}
+
 static inline double flow_largest(int64_t count, const double *a) {
   double most = 0;
   for (int64_t k = 0; k < count; k++) {

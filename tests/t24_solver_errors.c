@@ -1,30 +1,5 @@
 /* Solvers: names, settings, malformed systems, limits, breakdown, no memory. */
-#include "solver_world.h"
-#include "sph_test.h"
-
-static sph_context *context;
-
-static void context_opens(void) { CU_ASSERT_FATAL(sph_context_create(&context) == SPH_OK); }
-static void context_closes(void) { sph_context_destroy(&context); }
-
-static sph_solver *solver_of(sph_solver_kind kind, sph_preconditioner preconditioner) {
-  sph_solver *solver = NULL;
-  SPH_TEST_OK(context, sph_solver_create(context, kind, &solver));
-  SPH_TEST_OK(context, sph_solver_set_preconditioner(solver, preconditioner));
-  return solver;
-}
-
-static sph_solver_stats stats_of(const sph_solver *solver) {
-  sph_solver_stats stats = {0};
-  CU_ASSERT(sph_solver_get_stats(solver, &stats) == SPH_OK);
-  return stats;
-}
-
-static double *zeros(int64_t n) {
-  double *x = calloc((size_t)n, sizeof *x);
-  CU_ASSERT_FATAL(x != NULL);
-  return x;
-}
+#include "solver_test.h"
 
 static double residual_norm(const sparse *s, const double *x) {
   double *y = zeros(s->n), sum = 0;

@@ -304,21 +304,13 @@ static void a_standing_wave_swings_in_its_period(void) {
   flow_free(&w);
 }
 
-static void accelerate(double t, double *displacement, double *velocity, double *acceleration,
-                       void *user) {
-  const double a = *(const double *)user;
-  displacement[0] = 0.5 * a * t * t;
-  velocity[0] = a * t;
-  acceleration[0] = a;
-}
-
 /* All walls accelerate at once. At the surface the pressure stays 0, so that only a part of the water's mass
  * is felt: 1 - sum_n 8 tanh(k h) / ((k L)^3 h/L), k L = (2n + 1) pi, by potential flow. */
 static void water_has_its_mass_in_a_tank_that_starts(void) {
   const double height = 0.2;
   double a = 1;
   flow_world w = tank((flow_plan){.dx = 0.01, .precision = SPH_PRECISION_DOUBLE}, height, 0);
-  SPH_TEST_OK(w.context, sph_wall_set_motion(w.wall, accelerate, &a));
+  SPH_TEST_OK(w.context, sph_wall_set_motion(w.wall, flow_accelerate, &a));
   SPH_TEST_OK(w.context, sph_integrator_set_dt(w.flow, 1e-3));
   flow_steps(&w, 1);
   double force[2];

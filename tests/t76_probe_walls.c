@@ -105,14 +105,6 @@ static void riders_read_what_fixed_probes_read_at_rest(void) {
   }
 }
 
-static void accelerate(double t, double *displacement, double *velocity, double *acceleration,
-                       void *user) {
-  const double a = *(const double *)user;
-  displacement[0] = 0.5 * a * t * t;
-  velocity[0] = a * t;
-  acceleration[0] = a;
-}
-
 /* The particles' mean lies off the wall: what is between them is the gradient in the wall's frame. */
 static void pressure_at_an_accelerated_wall_is_exact(void) {
   double a = 4;
@@ -120,7 +112,7 @@ static void pressure_at_an_accelerated_wall_is_exact(void) {
   const double lo[2] = {0, 0}, hi[2] = {0.3, 0.2}, x[2] = {0, 0};
   SPH_TEST_OK(w.context, sph_particles_fill_box(w.water, lo, hi, rho0));
   SPH_TEST_OK(w.context, sph_wall_create_box(w.context, 2, lo, hi, 0, &w.wall));
-  SPH_TEST_OK(w.context, sph_wall_set_motion(w.wall, accelerate, &a));
+  SPH_TEST_OK(w.context, sph_wall_set_motion(w.wall, flow_accelerate, &a));
   flow_build(&w);
   flow_linear_pressure(&w, 5000, (const double[]){-rho0 * a, -rho0 * g});
   sph_probe *probe;

@@ -1,5 +1,5 @@
-/* How long a step of weakly compressible SPH takes, phase by phase, against a plain loop over the same
- * particles in the same run. See README.md in this folder, and docs/performance.md. */
+/* How long a step of SPH takes, phase by phase: weakly compressible against a plain loop over the same
+ * particles in the same run, incompressible against weakly compressible. See README.md in this folder, and docs/performance.md. */
 #include <ctype.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -18,7 +18,8 @@ typedef struct options {
 static void usage(FILE *to) {
   fputs(
       "usage: bench [--quick] [--cases NAME,...] [--isa NAME] [--threads N] [--scheme NAME]\n"
-      "             [--repeats 1..9] [--json FILE] [--compare OLD.json [--from NEW.json]]\n"
+      "             [--preconditioner NAME] [--repeats 1..9] [--json FILE]\n"
+      "             [--compare OLD.json [--from NEW.json]]\n"
       "  --quick    fewer particles and repeats: seconds, for a first look\n"
       "  --cases    which flows, or \"all\"; one of:",
       to);
@@ -32,6 +33,9 @@ static void usage(FILE *to) {
       "  --scheme   this scheme alone:",
       to);
   for (int k = 0; k < SCHEMES; k++) fprintf(to, " %s", schemes[k].name);
+  fputs("\n  --preconditioner  of incompressible SPH, instead of the library's choice:", to);
+  for (int k = 1; k <= sph_preconditioner_count(); k++)
+    fprintf(to, " %s", sph_preconditioner_name((sph_preconditioner)k));
   fputs(
       "\n  --repeats  measurements that each median is taken of (5, with --quick 3)\n"
       "  --json     write what was measured to a file\n"
@@ -75,6 +79,12 @@ static int scheme_number(const char *option, const char *name) {
   refuse(option, "\"%s\" is no scheme that is measured", name);
 }
 
+static int preconditioner_number(const char *option, const char *name) {
+  for (int k = 1; k <= sph_preconditioner_count(); k++)
+    if (!strcmp(name, sph_preconditioner_name((sph_preconditioner)k))) return k;
+  refuse(option, "\"%s\" is no preconditioner", name);
+}
+
 /* The first name of a comma-separated list is this one. */
 static bool begins_with(const char *list, const char *name) {
   const size_t length = strcspn(list, ",");
@@ -115,6 +125,8 @@ static void set_option(options *o, const char *option, const char *value) {
     o->what.threads = integer(option, value, sph_processor_count());
   else if (!strcmp(option, "--scheme"))
     o->what.scheme = scheme_number(option, value);
+  else if (!strcmp(option, "--preconditioner"))
+    o->what.preconditioner = preconditioner_number(option, value);
   else if (!strcmp(option, "--repeats"))
     o->what.repeats = integer(option, value, REPEATS_MOST);
   else if (!strcmp(option, "--json"))

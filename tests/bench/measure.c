@@ -8,7 +8,7 @@
 #include "plain.h"
 #include "table.h"
 
-enum { WARM_STEPS = 2 };
+enum { WARM_STEPS = 2, YARDSTICK_STEPS = 10 };
 
 /* What the plain loop takes, in ns a particle: one list, and each pass. */
 enum { LIST, CONVECTIVE, GRADIENT, RATES, PASSES };
@@ -47,7 +47,7 @@ static const double SHORT_STEP = 1e-9; /* s */
 static void answer_open(answer *of, const flow_case *shape, const state *s, bool diffusive) {
   world w;
   const int64_t vector = (int64_t)s->n * s->dim;
-  world_open(&w, shape, SPH_ISA_AUTO, 1, SPH_STEPPER_SYMPLECTIC, s);
+  world_open(&w, shape, SPH_ISA_AUTO, 1, SYMPLECTIC, s);
   if (!diffusive) {
     OK(&w, sph_wcsph_set_diffusion(w.flow, SPH_DIFFUSION_NONE, 0));
     OK(&w, sph_wcsph_set_artificial_viscosity(w.flow, 0));
@@ -169,27 +169,34 @@ static double plain_open(plain_flow *plain, const flow_case *of, const state *s)
 
 /* ----------------------------------------------------------------------------------- library */
 
-enum { SEARCH, PACK, BOUNDARY, PAIRS, UPDATE, OBSERVERS, OTHER, PHASES };
+enum { SEARCH, PACK, BOUNDARY, PAIRS, ROWS, SETUP, ITERATIONS, UPDATE, OBSERVERS, OTHER, PHASES };
 
 /* Readings of the clocks, at the end of some steps. */
 typedef struct reading {
   double wall, seconds[OTHER];
-  int64_t evaluations, builds, list_entries;
+  int64_t evaluations, builds, list_entries, iterations;
 } reading;
 
 static reading read_clocks(const world *w) {
   sph_integrator_stats s;
+  sph_solver_stats solver = {.iterations = 0};
   OK(w, sph_integrator_get_stats(w->flow, &s));
+  if (w->solver) OK(w, sph_solver_get_stats(w->solver, &solver));
   return (reading){.wall = clock_now(),
                    .seconds = {[SEARCH] = s.seconds_sort + s.seconds_search,
                                [PACK] = s.seconds_pack,
                                [BOUNDARY] = s.seconds_boundary,
                                [PAIRS] = s.seconds_pairs,
+                               [ROWS] = s.seconds_solver - solver.total_seconds_setup -
+                                        solver.total_seconds_iterations,
+                               [SETUP] = solver.total_seconds_setup,
+                               [ITERATIONS] = solver.total_seconds_iterations,
                                [UPDATE] = s.seconds_update,
                                [OBSERVERS] = s.seconds_observers},
                    .evaluations = s.evaluations,
                    .builds = s.builds,
-                   .list_entries = s.list_entries};
+                   .list_entries = s.list_entries,
+                   .iterations = solver.total_iterations};
 }
 
 /* Nanoseconds a particle of each repeat: phases an evaluation, and builds of those that had some. */
@@ -220,11 +227,14 @@ static void fill_phases(record *r, const times *t) {
   r->pack_ns = median(t->phase[PACK], t->repeats);
   r->boundary_ns = median(t->phase[BOUNDARY], t->repeats);
   r->pairs_ns = median(t->phase[PAIRS], t->repeats);
+  r->rows_ns = median(t->phase[ROWS], t->repeats);
+  r->setup_ns = median(t->phase[SETUP], t->repeats);
+  r->iterations_ns = median(t->phase[ITERATIONS], t->repeats);
   r->update_ns = median(t->phase[UPDATE], t->repeats);
   r->observers_ns = median(t->phase[OBSERVERS], t->repeats);
   r->other_ns = median(t->phase[OTHER], t->repeats);
-  r->evaluation_ns = r->search_ns + r->pack_ns + r->boundary_ns + r->pairs_ns + r->update_ns +
-                     r->observers_ns + r->other_ns;
+  r->evaluation_ns = r->search_ns + r->pack_ns + r->boundary_ns + r->pairs_ns + r->rows_ns +
+                     r->setup_ns + r->iterations_ns + r->update_ns + r->observers_ns + r->other_ns;
   r->step_ns = r->evaluation_ns * r->evaluations_per_step;
 }
 
@@ -235,30 +245,58 @@ static void fill_plain(record *r, const samples loop[PASSES], int repeats) {
       mean_evaluation(full, median(loop[CONVECTIVE], repeats), r->evaluations_per_step);
 }
 
-/* Repeats of some steps. Where r has no times of the plain loop yet, that runs after each repeat, so
- * that both meet the machine in the same mood. */
-static void measure_phases(world *w, int steps, int repeats, plain_flow *plain, record *r) {
+/* Some steps as one repeat; `before` becomes the reading after them. */
+static void step_and_add(world *w, int steps, reading *before, times *t) {
+  before->wall = clock_now();
+  world_step(w, steps);
+  const reading after = read_clocks(w);
+  add_repeat(t, before, &after, sph_particles_count(w->particles));
+  *before = after;
+}
+
+/* What steps and builds come to between two readings. */
+static void fill_counts(record *r, const reading *first, const reading *last, int steps) {
+  r->steps = steps;
+  r->evaluations_per_step = (double)(last->evaluations - first->evaluations) / steps;
+  r->builds_per_step = (double)(last->builds - first->builds) / steps;
+  r->iterations = (double)(last->iterations - first->iterations) / steps;
+}
+
+/* An evaluation of weakly compressible SPH, probes left out, as the measure of incompressible SPH. */
+static void fill_delta(record *r, const reading *first, const reading *last, const times *t) {
+  record delta = {.steps = 0};
+  fill_counts(&delta, first, last, YARDSTICK_STEPS * t->repeats);
+  fill_phases(&delta, t);
+  r->delta_ns = delta.evaluation_ns - delta.observers_ns;
+  r->solver_to_delta = (r->rows_ns + r->setup_ns + r->iterations_ns) / r->delta_ns;
+  r->step_to_delta = (r->step_ns - r->observers_ns) / r->delta_ns;
+}
+
+/* Repeats of some steps. After each run some of `delta` (NULL: nothing), and the plain loop where r has no
+ * times of it yet, so that all meet the machine in the same mood. */
+static void measure_phases(world *w, world *delta, int steps, int repeats, plain_flow *plain,
+                           record *r) {
   const bool with_plain = r->plain_pairs_ns == 0;
-  const double n = sph_particles_count(w->particles);
-  times t = {.repeats = 0};
+  times t = {.repeats = 0}, delta_t = {.repeats = 0};
+  reading delta_first = {.wall = 0}, delta_before = {.wall = 0};
   world_step(w, WARM_STEPS);
+  if (delta) {
+    world_step(delta, WARM_STEPS);
+    delta_before = delta_first = read_clocks(delta);
+  }
   const reading first = read_clocks(w);
   const int64_t calls = w->held.calls;
   reading before = first;
   for (int k = 0; k < repeats; k++) {
-    before.wall = clock_now();
-    world_step(w, steps);
-    const reading after = read_clocks(w);
-    add_repeat(&t, &before, &after, n);
-    before = after;
+    step_and_add(w, steps, &before, &t);
+    if (delta) step_and_add(delta, YARDSTICK_STEPS, &delta_before, &delta_t);
     if (with_plain) plain_time(plain, t.loop, k);
   }
-  r->steps = steps * repeats;
+  fill_counts(r, &first, &before, steps * repeats);
   r->allocations_per_step = (double)(w->held.calls - calls) / r->steps;
-  r->evaluations_per_step = (double)(before.evaluations - first.evaluations) / r->steps;
-  r->builds_per_step = (double)(before.builds - first.builds) / r->steps;
-  r->list_entries = (double)before.list_entries / n;
+  r->list_entries = (double)before.list_entries / sph_particles_count(w->particles);
   fill_phases(r, &t);
+  if (delta) fill_delta(r, &delta_first, &delta_before, &delta_t);
   if (with_plain) fill_plain(r, (const samples *)t.loop, repeats);
 }
 
@@ -288,23 +326,35 @@ static double ghost_neighbours(const plain_flow *plain) {
   return (double)plain->ghosts.used / plain->fluid.n;
 }
 
+static void choose_preconditioner(const world *w, int chosen, record *r) {
+  const sph_preconditioner p = (sph_preconditioner)chosen;
+  OK(w, sph_solver_set_preconditioner(w->solver, p));
+  snprintf(r->stepper, sizeof r->stepper, "isph-%.9s", sph_preconditioner_name(p));
+}
+
 static void measure_flow(const flow_case *of, const state *s, sph_isa isa, int threads, int chosen,
-                         plain_flow *plain, int repeats, record *r) {
-  world w;
-  world_open(&w, of, isa, threads, schemes[chosen].stepper, s);
-  snprintf(r->name, sizeof r->name, "%s", of->name);
+                         plain_flow *plain, const selection *what, record *r) {
+  world w, delta;
+  const bool incompressible = schemes[chosen].incompressible;
   snprintf(r->stepper, sizeof r->stepper, "%s", schemes[chosen].name);
+  world_open(&w, of, isa, threads, chosen, s);
+  if (incompressible) world_open(&delta, of, isa, threads, SYMPLECTIC, s);
+  if (incompressible && what->preconditioner) choose_preconditioner(&w, what->preconditioner, r);
+  snprintf(r->name, sizeof r->name, "%s", of->name);
   snprintf(r->isa, sizeof r->isa, "%s", sph_isa_name(isa));
   r->threads = threads;
   r->particles = s->n;
   r->ghosts = (double)sph_boundary_count(w.boundary);
   r->neighbours = neighbours(plain);
   r->ghost_neighbours = ghost_neighbours(plain);
-  measure_phases(&w, of->steps[chosen], repeats, plain, r);
+  measure_phases(&w, incompressible ? &delta : NULL, of->steps[chosen], what->repeats, plain, r);
   r->bytes = (double)w.held.now / s->n;
   r->bytes_peak = (double)w.held.peak / s->n;
   world_close(&w);
-  fill_rates(r, of, flops_peak(isa, threads));
+  if (incompressible)
+    world_close(&delta);
+  else
+    fill_rates(r, of, flops_peak(isa, threads));
 }
 
 bool isa_is_available(sph_isa isa) {
@@ -326,7 +376,7 @@ static void measure_threads(const flow_case *of, const state *s, sph_isa isa, in
     record *r = &all->entry[all->count++];
     *r = (record){.plain_pairs_ns = 0};
     if (first) r->plain_list_ns = first->plain_list_ns, r->plain_pairs_ns = first->plain_pairs_ns;
-    measure_flow(of, s, isa, counts[k], chosen, plain, what->repeats, r);
+    measure_flow(of, s, isa, counts[k], chosen, plain, what, r);
     if (first) r->speed_up = first->step_ns / r->step_ns;
     if (!first) first = r;
     table_row(r);
@@ -336,7 +386,8 @@ static void measure_threads(const flow_case *of, const state *s, sph_isa isa, in
 static void measure_all(const flow_case *of, const state *s, plain_flow *plain,
                         const selection *what, records *all) {
   for (int chosen = 0; chosen < SCHEMES; chosen++) {
-    if (what->scheme >= 0 && chosen != what->scheme) continue;
+    if (!of->steps[chosen] || (what->scheme >= 0 && chosen != what->scheme)) continue;
+    table_head(schemes[chosen].incompressible);
     for (sph_isa isa = SPH_ISA_BASELINE; isa <= SPH_ISA_AVX512; isa++) {
       if (what->isa != SPH_ISA_AUTO && isa != what->isa) continue;
       if (isa_is_available(isa)) measure_threads(of, s, isa, chosen, plain, what, all);
@@ -347,7 +398,7 @@ static void measure_all(const flow_case *of, const state *s, plain_flow *plain,
 /* A state some way from the start; returns the number of ghosts. */
 static int64_t make_state(const flow_case *of, state *s) {
   world w;
-  world_open(&w, of, SPH_ISA_AUTO, sph_processor_count(), SPH_STEPPER_RK4, NULL);
+  world_open(&w, of, SPH_ISA_AUTO, sph_processor_count(), RK4, NULL);
   world_step(&w, of->warm_up);
   world_read(&w, s);
   const int64_t count = sph_boundary_count(w.boundary);
@@ -368,9 +419,10 @@ static void print_plain(plain_flow *plain, int repeats) {
 
 void measure_case(const flow_case *of, const selection *what, records *all) {
   flow_case shape = *of;
+  if (what->scheme >= 0 && !of->steps[what->scheme]) return;
   if (what->quick) {
     shape.spacing *= 2;
-    shape.warm_up = 10;
+    if (shape.warm_up > 10) shape.warm_up = 10;
   }
   state s;
   plain_flow plain;
@@ -387,7 +439,6 @@ void measure_case(const flow_case *of, const selection *what, records *all) {
     fprintf(stderr, "%s: the two do not compute the same sums\n", shape.name);
     exit(1);
   }
-  table_head();
   measure_all(&shape, &s, &plain, what, all);
   plain_free(&plain);
   state_free(&s);

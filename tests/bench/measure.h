@@ -9,11 +9,12 @@ enum { REPEATS_MOST = 9 };
 
 /* What is measured of a flow. */
 typedef struct selection {
-  bool quick;  /* twice the spacing, fewer steps before */
-  int repeats; /* 1 to REPEATS_MOST: each figure is their median */
-  sph_isa isa; /* SPH_ISA_AUTO: all that the processor has */
-  int threads; /* 0: one, and all processors */
-  int scheme;  /* of schemes[], or -1: all */
+  bool quick;         /* twice the spacing, fewer steps before */
+  int repeats;        /* 1 to REPEATS_MOST: each figure is their median */
+  sph_isa isa;        /* SPH_ISA_AUTO: all that the processor has */
+  int threads;        /* 0: one, and all processors */
+  int scheme;         /* of schemes[], or -1: all */
+  int preconditioner; /* of incompressible SPH; 0: the library's choice */
 } selection;
 
 bool isa_is_available(sph_isa isa);

@@ -45,6 +45,13 @@ static const struct {
     NUMBER(bytes),
     NUMBER(bytes_peak),
     NUMBER(allocations_per_step),
+    NUMBER(rows_ns),
+    NUMBER(setup_ns),
+    NUMBER(iterations_ns),
+    NUMBER(iterations),
+    NUMBER(delta_ns),
+    NUMBER(solver_to_delta),
+    NUMBER(step_to_delta),
 #undef NUMBER
 };
 enum { NUMBERS = sizeof numbers / sizeof *numbers };

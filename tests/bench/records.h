@@ -27,6 +27,11 @@ typedef struct record {
   double flops;                         /* operations of the sums a particle and evaluation */
   double peak_gflops, peak_fraction;    /* what the threads could do, and how much of it they do */
   double list_entries, bytes, bytes_peak, allocations_per_step;
+  /* Incompressible SPH alone, 0 elsewhere. */
+  double rows_ns, setup_ns, iterations_ns; /* pressure equation: rows; solver: set-up, iterations */
+  double iterations;                       /* of the solver, a step */
+  double delta_ns;                         /* an evaluation of weakly compressible SPH, no probes */
+  double solver_to_delta, step_to_delta;   /* pressure equation, whole step by delta_ns */
 } record;
 
 typedef struct records {

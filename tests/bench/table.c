@@ -1,6 +1,43 @@
 #include "table.h"
 
-void table_head(void) {
+static void head_incompressible(void) {
+  puts(
+      "  stepper    isa      thr ns/step |search  pack ghosts pairs rows set-up iter. update "
+      "probes "
+      "other |iter.  ns delta solve/ step/ bytes speed alloc");
+  puts(
+      "                                  |     %     %      %     %    %      %     %      %      "
+      "% "
+      "    % |/step           delta delta          up /step");
+}
+
+static void row_incompressible(const record *r) {
+  const double share = 100 / r->evaluation_ns;
+  printf("  %-10s %-8s %3.0f %7.0f |%6.1f %5.1f %6.1f %5.1f %4.1f %6.1f %5.1f %6.1f %6.1f %5.1f |",
+         r->stepper, r->isa, r->threads, r->step_ns, share * r->search_ns, share * r->pack_ns,
+         share * r->boundary_ns, share * r->pairs_ns, share * r->rows_ns, share * r->setup_ns,
+         share * r->iterations_ns, share * r->update_ns, share * r->observers_ns,
+         share * r->other_ns);
+  printf("%5.1f %9.1f %6.2f %5.2f %5.0f ", r->iterations, r->delta_ns, r->solver_to_delta,
+         r->step_to_delta, r->bytes);
+}
+
+static void row_compressible(const record *r) {
+  const double share = 100 / r->evaluation_ns;
+  printf("  %-10s %-8s %3.0f %7.0f %7.1f |%6.1f %5.1f %6.1f %5.1f %6.1f %6.1f %5.1f |", r->stepper,
+         r->isa, r->threads, r->step_ns, r->evaluation_ns, share * r->search_ns, share * r->pack_ns,
+         share * r->boundary_ns, share * r->pairs_ns, share * r->update_ns, share * r->observers_ns,
+         share * r->other_ns);
+  printf("%7.1f %6.2f %6.2f %6.2f %5.2f %4.1f %4.1f %5.0f ", r->pairs_ns, r->ratio_pairs,
+         r->ratio_list, r->step_to_pairs, 1e-9 * r->pairs_per_second, 100 * r->peak_fraction,
+         r->list_entries, r->bytes);
+}
+
+void table_head(bool incompressible) {
+  if (incompressible) {
+    head_incompressible();
+    return;
+  }
   puts(
       "  stepper    isa      thr ns/step ns/eval |search  pack ghosts pairs update probes other "
       "|ns pair plain/  +list  eval/ Gpair peak list bytes speed alloc");
@@ -10,14 +47,10 @@ void table_head(void) {
 }
 
 void table_row(const record *r) {
-  const double share = 100 / r->evaluation_ns;
-  printf("  %-10s %-8s %3.0f %7.0f %7.1f |%6.1f %5.1f %6.1f %5.1f %6.1f %6.1f %5.1f |", r->stepper,
-         r->isa, r->threads, r->step_ns, r->evaluation_ns, share * r->search_ns, share * r->pack_ns,
-         share * r->boundary_ns, share * r->pairs_ns, share * r->update_ns, share * r->observers_ns,
-         share * r->other_ns);
-  printf("%7.1f %6.2f %6.2f %6.2f %5.2f %4.1f %4.1f %5.0f ", r->pairs_ns, r->ratio_pairs,
-         r->ratio_list, r->step_to_pairs, 1e-9 * r->pairs_per_second, 100 * r->peak_fraction,
-         r->list_entries, r->bytes);
+  if (r->delta_ns > 0)
+    row_incompressible(r);
+  else
+    row_compressible(r);
   if (r->speed_up > 0)
     printf("%5.2f", r->speed_up);
   else

@@ -4,7 +4,7 @@
 
 #include "records.h"
 
-void table_head(void);
+void table_head(bool incompressible);
 void table_row(const record *r);
 
 #endif

@@ -19,9 +19,11 @@ struct basin {
 
 static void start_column(const world *w, int32_t n, const double *x, double *v, double *p);
 static void start_wave(const world *w, int32_t n, const double *x, double *v, double *p);
+static void start_rest(const world *w, int32_t n, const double *x, double *v, double *p);
 
 static const basin dam = {1.2, 0.48, 0.6, 3.22, 1.0, start_column};
 static const basin flume = {10, 0, 0.25, 10, 0.5, start_wave};
+static const basin rest = {2, 0, 0.5, 2, 1, start_rest};
 
 #define GAUSSIAN SPH_KERNEL_GAUSSIAN
 #define WENDLAND SPH_KERNEL_WENDLAND_C2
@@ -33,10 +35,16 @@ const flow_case flow_cases[] = {
     {"dam3d-wendland", &dam, 3, WENDLAND, 0.015, 1.3, 20, {2, 4}, true},
     {"dam3d-wide", &dam, 3, WENDLAND, 0.015, 1.5, 20, {2, 4}, false},
     {"dam3d-large", &dam, 3, WENDLAND, 0.12 / 17, 1.3, 4, {1, 3}, false},
+    /* Four steps share a preconditioner, so that all repeats have as many of them. */
+    {"rest2d", &rest, 2, WENDLAND, 0.5 / 45, 1.5, 1, {[ISPH] = 8}, true},
+    {"rest2d-medium", &rest, 2, WENDLAND, 0.5 / 112, 1.5, 1, {[ISPH] = 4}, false},
+    {"rest2d-large", &rest, 2, WENDLAND, 0.5 / 224, 1.5, 1, {[ISPH] = 4}, false},
 };
 const int flow_case_count = sizeof flow_cases / sizeof *flow_cases;
 
-const scheme schemes[SCHEMES] = {{"rk4", SPH_STEPPER_RK4}, {"symplectic", SPH_STEPPER_SYMPLECTIC}};
+const scheme schemes[SCHEMES] = {[RK4] = {"rk4", false, SPH_STEPPER_RK4},
+                                 [SYMPLECTIC] = {"symplectic", false, SPH_STEPPER_SYMPLECTIC},
+                                 [ISPH] = {.name = "isph", .incompressible = true}};
 
 void world_check(sph_status status, const sph_context *context, const char *call) {
   if (status == SPH_OK) return;
@@ -123,6 +131,13 @@ static void start_wave(const world *w, int32_t n, const double *x, double *v, do
   }
 }
 
+/* Nothing moves but what the disorder of the lattice sets off. */
+static void start_rest(const world *w, int32_t n, const double *x, double *v, double *p) {
+  memset(v, 0, 2 * (size_t)n * sizeof *v);
+  for (int32_t i = 0; i < n; i++)
+    p[i] = DENSITY * GRAVITY * fmax(w->of->basin->height - x[2 * i + 1], 0);
+}
+
 /* The lattice a little disordered, with the velocities and pressures of its case. */
 static void start(world *w) {
   const int dim = w->of->dim;
@@ -167,7 +182,18 @@ static void create_tank(world *w) {
   OK(w, sph_wall_create_box(w->context, dim, lo, tank, SPH_SIDE_HI(dim - 1), &w->wall));
 }
 
-void world_open(world *w, const flow_case *of, sph_isa isa, int threads, sph_stepper stepper,
+static void create_flow(world *w, const scheme *s) {
+  if (s->incompressible) {
+    OK(w, sph_isph_create(w->context, w->kernel, w->particles, w->boundary, &w->flow));
+    OK(w, sph_isph_get_solver(w->flow, &w->solver));
+    return;
+  }
+  OK(w, sph_wcsph_create(w->context, w->kernel, w->particles, w->boundary, &w->flow));
+  OK(w, sph_wcsph_set_sound_speed(w->flow, world_sound_speed(w->of)));
+  OK(w, sph_integrator_set_stepper(w->flow, s->stepper));
+}
+
+void world_open(world *w, const flow_case *of, sph_isa isa, int threads, int chosen,
                 const state *from) {
   memset(w, 0, sizeof *w);
   w->of = of;
@@ -181,9 +207,7 @@ void world_open(world *w, const flow_case *of, sph_isa isa, int threads, sph_ste
   OK(w, sph_interpolator_create(w->context, SPH_INTERPOLATOR_IMPROVED_SHEPARD, w->kernel,
                                 &w->interpolator));
   OK(w, sph_boundary_create(w->context, w->wall, of->spacing, w->interpolator, &w->boundary));
-  OK(w, sph_wcsph_create(w->context, w->kernel, w->particles, w->boundary, &w->flow));
-  OK(w, sph_wcsph_set_sound_speed(w->flow, world_sound_speed(of)));
-  OK(w, sph_integrator_set_stepper(w->flow, stepper));
+  create_flow(w, &schemes[chosen]);
   create_gauge(w);
   if (from)
     restore(w, from);

@@ -6,11 +6,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* The time stepping schemes that are measured. */
-enum { SCHEMES = 2 };
+/* The schemes that are measured: steppers of weakly compressible SPH, and incompressible SPH. */
+enum { RK4, SYMPLECTIC, ISPH, SCHEMES };
 typedef struct scheme {
   const char *name;
-  sph_stepper stepper;
+  bool incompressible;
+  sph_stepper stepper; /* unless incompressible */
 } scheme;
 extern const scheme schemes[SCHEMES];
 
@@ -24,7 +25,7 @@ typedef struct flow_case {
   double spacing;     /* m */
   double h_factor;    /* h / spacing */
   int warm_up;        /* steps before anything is measured */
-  int steps[SCHEMES]; /* steps a repeat */
+  int steps[SCHEMES]; /* steps a repeat; 0: not measured with that scheme */
   bool usual;         /* measured unless --cases says otherwise */
 } flow_case;
 
@@ -59,6 +60,7 @@ typedef struct world {
   sph_interpolator *interpolator;
   sph_boundary *boundary;
   sph_integrator *flow;
+  sph_solver *solver; /* of incompressible SPH, part of the flow; NULL: there is none */
   sph_probe *gauge;
 } world;
 
@@ -66,9 +68,9 @@ typedef struct world {
 #define OK(world, call) world_check(call, (world)->context, #call)
 void world_check(sph_status status, const sph_context *context, const char *call);
 
-/* A flow at its start, or where `from` is (NULL: at its start), with a pressure gauge on the wall that
- * samples every step. */
-void world_open(world *w, const flow_case *of, sph_isa isa, int threads, sph_stepper stepper,
+/* A flow at its start, or where `from` is (NULL: at its start, if compressible), with a pressure gauge on
+ * the wall that samples every step. */
+void world_open(world *w, const flow_case *of, sph_isa isa, int threads, int chosen,
                 const state *from);
 void world_close(world *w);
 
