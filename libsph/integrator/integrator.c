@@ -178,7 +178,7 @@ void sphi_integrator_forget(sph_integrator *flow, void *observer) {
 
 static double seconds_of_step(const sph_integrator_stats *s) {
   return s->seconds_sort + s->seconds_search + s->seconds_pack + s->seconds_boundary +
-         s->seconds_pairs + s->seconds_update;
+         s->seconds_pairs + s->seconds_solver + s->seconds_update;
 }
 
 sph_status sph_integrator_step(sph_integrator *integrator) {
