@@ -162,7 +162,8 @@ static void test_is_movable_seawall(void) {
 }
 
 /* No wave is higher than 0.8332 depths by this theory: such a run fails, and the others are there. */
-#define FAILS "--method wcsph --theory fenton --dx 0.05 --end-time 0.5 --stiffnesses 10 --masses 50 "
+#define FAILS \
+  "--method wcsph --theory fenton --dx 0.05 --end-time 0.5 --stiffnesses 10 --masses 50 "
 
 static void test_failed_run(void) {
   static char text[TEXT];
