@@ -4,7 +4,7 @@
  * Physics    the tank of movable_seawall: still depth h = 0.2 m, 2.5 m from piston to seawall, which moves by the force
  *            above 1.1 times the static one; the piston, after Goring with the first-order wave, is in the
  *            middle of its stroke at t = 1 s. One run for every H/h, k and m.
- * Reference  Liang et al. (2017), figures 13-15: docs/validation_liang.md
+ * Reference  Liang et al. (2017), figures 13-15, beside ours by `make liang`
  * Build      cc -O2 seawall_study.c common/[a-z]*.c -o seawall_study -lsph -lm -lpthread
  * Run        ./seawall_study --out seawall_study.csv; stopped, the same again goes on; seawall_study_plots.gp
  * Expect     last line: "seawall_study: 300 of 300 runs, 0 failed"
