@@ -458,6 +458,7 @@ static void sloshing_has_the_period_of_theory(void) {
 }
 
 static void threads_do_not_change_a_bit(void) {
+#ifdef _OPENMP
   double *x[2], *v[2];
   int64_t n[2];
   for (int threads = 1; threads <= 2; threads++) {
@@ -475,6 +476,7 @@ static void threads_do_not_change_a_bit(void) {
     free(x[k]);
     free(v[k]);
   }
+#endif
 }
 
 static void push(double t, double *displacement, double *velocity, double *acceleration,
