@@ -50,7 +50,7 @@ static void parse(int argc, char **argv, setup *s) {
       OPTION_TEXT("--rule", s->rule, "preload, release, printed"),
       OPTION_FLAG("--fixed", s->fixed, "the seawall does not move"),
       EXAMPLE_FLUME_OPTIONS(s->flume),
-      EXAMPLE_SCHEME_OPTIONS(s->scheme, "", "; 0: 2"),
+      EXAMPLE_SCHEME_OPTIONS(s->scheme, "", ""),
       OPTION_TEXT("--out", s->out, "folder for CSV, pictures and VTK; without it none"),
       OPTION_TEXT("--summary", s->summary, "file for the figures as JSON"),
       OPTION_INTEGER("--vtk", s->vtk, 0, 100000, "frames for ParaView"),

@@ -58,7 +58,7 @@ static void parse(int argc, char **argv, setup *s) {
       OPTION_NUMBER("--rate", s->rate, 0, 1e6, "of the zone times the period; 0: no zone"),
       OPTION_NUMBER("--periods", s->periods, 1, 10000, "periods that the figures are taken from"),
       OPTION_NUMBER("--seed", s->seed, 0, 1e15, "jonswap: of the phases"),
-      EXAMPLE_SCHEME_OPTIONS(s->scheme, "", "; 0: 2"),
+      EXAMPLE_SCHEME_OPTIONS(s->scheme, "", ""),
       OPTION_TEXT("--out", s->out, "folder for CSV, pictures and VTK; without it none"),
       OPTION_TEXT("--summary", s->summary, "file for the figures as JSON"),
       OPTION_INTEGER("--vtk", s->vtk, 0, 100000, "frames for ParaView"),

@@ -51,7 +51,7 @@ static void parse(int argc, char **argv, setup *s) {
       OPTION_NUMBER("--end-time", flume->end, 0.1, 1000, "end of each run [s]"),
       OPTION_NUMBER("--paddle-middle", flume->paddle_middle, 0.1, 1000,
                     "when the piston is in the middle of its stroke [s]"),
-      EXAMPLE_SCHEME_OPTIONS(s->scheme, "", "; 0: 2"),
+      EXAMPLE_SCHEME_OPTIONS(s->scheme, "", ""),
       OPTION_INTEGER("--processors", s->processors, 0, 1024, "runs at a time; 0: one each"),
       OPTION_INTEGER("--runs", s->most, 0, 1000000, "stop after so many; 0: when all are done"),
       OPTION_FLAG("--retry", s->retry, "runs that failed before once more"),

@@ -39,7 +39,7 @@ static void parse(int argc, char **argv, setup *s) {
       OPTION_TEXT("--wall", s->wall, "vertical or inclined"),
       OPTION_NUMBER("--angle", s->flume.angle, 0, 180, "of the wall, in the water; inclined 120"),
       EXAMPLE_FLUME_OPTIONS(s->flume),
-      EXAMPLE_SCHEME_OPTIONS(s->scheme, "", "; 0: 2"),
+      EXAMPLE_SCHEME_OPTIONS(s->scheme, "", ""),
       OPTION_TEXT("--out", s->out, "folder for CSV, pictures and VTK; without it none"),
       OPTION_TEXT("--summary", s->summary, "file for the figures as JSON"),
       OPTION_INTEGER("--vtk", s->vtk, 0, 100000, "frames for ParaView"),

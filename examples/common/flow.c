@@ -25,8 +25,7 @@ void example_flow_open(const example_scheme *s, int dim, double dx, example_flow
   OK(sph_context_set_threads(context, example_threads(s->threads)));
   OK(sph_context_set_isa(context, example_isa(s->isa)));
   OK(sph_kernel_find(context, s->kernel, &kernel));
-  const double h_ratio = s->h_ratio > 0 ? s->h_ratio : 2;
-  OK(sph_kernel_create(context, kernel, dim, h_ratio * dx, &f->kernel));
+  OK(sph_kernel_create(context, kernel, dim, s->h_ratio * dx, &f->kernel));
   OK(sph_particles_create(context, dim, dx, &f->water));
   OK(sph_particles_set_name(f->water, "water"));
 }

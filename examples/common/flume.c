@@ -12,7 +12,7 @@ static bool by_paddle(const example_flume *s) { return strcmp(s->start, "paddle"
 example_scheme example_flume_scheme(void) {
   example_scheme scheme = EXAMPLE_SCHEME;
   scheme.kernel = "wendland-c2";
-  scheme.h_ratio = 0; /* of the method: example_flow_open */
+  scheme.h_ratio = 2;
   scheme.alpha = 0.01;
   return scheme;
 }
