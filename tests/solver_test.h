@@ -10,6 +10,11 @@ static sph_context *context;
 static inline void context_opens(void) { CU_ASSERT_FATAL(sph_context_create(&context) == SPH_OK); }
 static inline void context_closes(void) { sph_context_destroy(&context); }
 
+/* The methods that every build has. */
+#define FOR_METHODS(kind)                                \
+  for (int kind = 1; kind <= sph_solver_count(); kind++) \
+    if (kind != SPH_SOLVER_PETSC)
+
 static inline sph_solver *solver_of(sph_solver_kind kind, sph_preconditioner preconditioner) {
   sph_solver *solver = NULL;
   SPH_TEST_OK(context, sph_solver_create(context, kind, &solver));

@@ -119,7 +119,7 @@ static void faults_are_named(void) {
 static void limits_keep_the_best(void) {
   sparse s = sparse_water(2, 80, 40, 1, 0.2, 2), jump = sparse_jump(70, 70, 1000);
   double *x = zeros(jump.n > s.n ? jump.n : s.n);
-  for (int kind = SPH_SOLVER_BICGSTAB; kind <= SPH_SOLVER_CG; kind++) {
+  FOR_METHODS(kind) {
     const sparse *system = kind == SPH_SOLVER_CG ? &jump : &s;
     const sph_matrix matrix = matrix_of(system);
     for (int p = 1; p <= sph_preconditioner_count(); p++) {
@@ -157,57 +157,56 @@ static void breakdown_is_told(void) {
     const int64_t *row_start;
     const double *values;
   } cases[] = {{row_start, turning}, {row_start, indefinite}, {singular_start, one}};
-  for (int kind = SPH_SOLVER_BICGSTAB; kind <= SPH_SOLVER_CG; kind++)
-    for (int p = 1; p <= sph_preconditioner_count(); p++)
-      for (int c = 0; c < 3; c++) {
-        double x[2] = {start[0], start[1]};
-        const sph_matrix matrix = {2, cases[c].row_start, columns, cases[c].values};
-        sph_solver *solver = solver_of((sph_solver_kind)kind, (sph_preconditioner)p);
-        const sph_status status = sph_solver_solve(solver, &matrix, b, x);
-        const double *a = cases[c].values;
-        const double left =
-            hypot(b[0] - a[0] * x[0] - a[1] * x[1], b[1] - a[2] * x[0] - a[3] * x[1]);
-        if (status == SPH_OK)
-          SPH_TEST_BELOW(left, 1.0001e-6);
-        else
-          CU_ASSERT(status == SPH_E_NOT_CONVERGED && isfinite(x[0]) && isfinite(x[1]) && left <= 1);
-        if (c == 2) CU_ASSERT(status == SPH_E_NOT_CONVERGED);
-        sph_solver_destroy(&solver);
-      }
+  FOR_METHODS(kind)
+  for (int p = 1; p <= sph_preconditioner_count(); p++)
+    for (int c = 0; c < 3; c++) {
+      double x[2] = {start[0], start[1]};
+      const sph_matrix matrix = {2, cases[c].row_start, columns, cases[c].values};
+      sph_solver *solver = solver_of((sph_solver_kind)kind, (sph_preconditioner)p);
+      const sph_status status = sph_solver_solve(solver, &matrix, b, x);
+      const double *a = cases[c].values;
+      const double left = hypot(b[0] - a[0] * x[0] - a[1] * x[1], b[1] - a[2] * x[0] - a[3] * x[1]);
+      if (status == SPH_OK)
+        SPH_TEST_BELOW(left, 1.0001e-6);
+      else
+        CU_ASSERT(status == SPH_E_NOT_CONVERGED && isfinite(x[0]) && isfinite(x[1]) && left <= 1);
+      if (c == 2) CU_ASSERT(status == SPH_E_NOT_CONVERGED);
+      sph_solver_destroy(&solver);
+    }
 }
 
 static void no_memory(void) {
   sparse s = sparse_water(2, 80, 40, 1, 0.2, 2), small = sparse_water(2, 20, 10, 1, 0.2, 2);
   double *x = zeros(s.n);
-  for (int kind = SPH_SOLVER_BICGSTAB; kind <= SPH_SOLVER_CG; kind++)
-    for (int p = 1; p <= sph_preconditioner_count(); p++) {
-      bool made = false;
-      for (int allowed = 0; !made && allowed < 400; allowed++) {
-        sph_test_memory memory = {1000, 0};
-        const sph_allocator allocator = {sph_test_allocate, sph_test_release, &memory};
-        sph_context *own = NULL;
-        sph_solver *solver = NULL;
-        CU_ASSERT_FATAL(sph_context_create_with_allocator(&allocator, &own) == SPH_OK);
-        memory.allowed = allowed;
-        sph_status status = sph_solver_create(own, (sph_solver_kind)kind, &solver);
-        if (status == SPH_OK) status = sph_solver_set_preconditioner(solver, (sph_preconditioner)p);
-        const sph_matrix matrices[] = {matrix_of(&small), matrix_of(&s)};
-        const double *const b[] = {small.b, s.b};
-        for (int m = 0; m < 2 && status == SPH_OK; m++) {
-          x[0] = 3;
-          status = sph_solver_solve(solver, &matrices[m], b[m], x);
-          if (status == SPH_E_MEMORY) CU_ASSERT(x[0] == 3);
-          if (kind == SPH_SOLVER_CG && status == SPH_E_NOT_CONVERGED) status = SPH_OK;
-          memset(x, 0, (size_t)s.n * sizeof *x);
-        }
-        CU_ASSERT(status == SPH_OK || status == SPH_E_MEMORY);
-        made = status == SPH_OK;
-        sph_solver_destroy(&solver);
-        sph_context_destroy(&own);
-        CU_ASSERT(memory.live == 0);
+  FOR_METHODS(kind)
+  for (int p = 1; p <= sph_preconditioner_count(); p++) {
+    bool made = false;
+    for (int allowed = 0; !made && allowed < 400; allowed++) {
+      sph_test_memory memory = {1000, 0};
+      const sph_allocator allocator = {sph_test_allocate, sph_test_release, &memory};
+      sph_context *own = NULL;
+      sph_solver *solver = NULL;
+      CU_ASSERT_FATAL(sph_context_create_with_allocator(&allocator, &own) == SPH_OK);
+      memory.allowed = allowed;
+      sph_status status = sph_solver_create(own, (sph_solver_kind)kind, &solver);
+      if (status == SPH_OK) status = sph_solver_set_preconditioner(solver, (sph_preconditioner)p);
+      const sph_matrix matrices[] = {matrix_of(&small), matrix_of(&s)};
+      const double *const b[] = {small.b, s.b};
+      for (int m = 0; m < 2 && status == SPH_OK; m++) {
+        x[0] = 3;
+        status = sph_solver_solve(solver, &matrices[m], b[m], x);
+        if (status == SPH_E_MEMORY) CU_ASSERT(x[0] == 3);
+        if (kind == SPH_SOLVER_CG && status == SPH_E_NOT_CONVERGED) status = SPH_OK;
+        memset(x, 0, (size_t)s.n * sizeof *x);
       }
-      CU_ASSERT(made);
+      CU_ASSERT(status == SPH_OK || status == SPH_E_MEMORY);
+      made = status == SPH_OK;
+      sph_solver_destroy(&solver);
+      sph_context_destroy(&own);
+      CU_ASSERT(memory.live == 0);
     }
+    CU_ASSERT(made);
+  }
   free(x), sparse_free(&s), sparse_free(&small);
 }
 
@@ -216,13 +215,15 @@ static void memory_settles(void) {
   sparse s = sparse_water(2, 80, 40, 1, 0.2, 2);
   const sph_matrix matrix = matrix_of(&s);
   double *x = zeros(s.n);
-  for (int p = 1; p <= sph_preconditioner_count(); p++) {
+  FOR_METHODS(kind)
+  for (int p = SPH_PRECONDITIONER_JACOBI; p <= sph_preconditioner_count(); p++) {
+    if (kind == SPH_SOLVER_CG) continue; /* the matrix is not symmetric */
     sph_test_memory memory = {1000, 0};
     const sph_allocator allocator = {sph_test_allocate, sph_test_release, &memory};
     sph_context *own = NULL;
     sph_solver *solver = NULL;
     SPH_TEST_OK(own, sph_context_create_with_allocator(&allocator, &own));
-    SPH_TEST_OK(own, sph_solver_create(own, SPH_SOLVER_BICGSTAB, &solver));
+    SPH_TEST_OK(own, sph_solver_create(own, (sph_solver_kind)kind, &solver));
     SPH_TEST_OK(own, sph_solver_set_preconditioner(solver, (sph_preconditioner)p));
     for (int n = 0; n < 3; n++) {
       memset(x, 0, (size_t)s.n * sizeof *x);

@@ -211,7 +211,7 @@ SPH_API SPH_NODISCARD sph_status sph_isph_add_damping_zone(sph_integrator *integ
  */
 SPH_API SPH_NODISCARD sph_status sph_isph_set_skin(sph_integrator *integrator, double skin);
 
-/** The kind of solver for the pressure equation; SPH_SOLVER_BICGSTAB until called. It has the settings of a new
+/** The kind of solver for the pressure equation; SPH_SOLVER_GMRES until called. It has the settings of a new
  * integrator's, and pointers from sph_isph_get_solver() are no longer valid.
  *
  * Parallel   not while another call uses the context

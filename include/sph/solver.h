@@ -13,7 +13,8 @@ SPH_BEGIN_DECLS
 typedef enum sph_solver_kind {
   SPH_SOLVER_BICGSTAB = 1, /**< stabilised biconjugate gradients, for any matrix */
   SPH_SOLVER_CG = 2,       /**< conjugate gradients, for symmetric positive definite ones */
-  SPH_SOLVER_PETSC = 3     /**< PETSc's BiCGStab, in a library built with PETSC=1 */
+  SPH_SOLVER_PETSC = 3,    /**< PETSc's BiCGStab, in a library built with PETSC=1 */
+  SPH_SOLVER_GMRES = 4     /**< flexible generalised minimal residuals, for any matrix */
 } sph_solver_kind;
 
 /** Preconditioners; numbers 1 to sph_preconditioner_count() without gaps, never renumbered. */
@@ -57,7 +58,8 @@ typedef struct sph_solver_stats {
  * Errors     SPH_E_ARGUMENT a NULL, unknown kind; SPH_E_UNAVAILABLE SPH_SOLVER_PETSC in a library
  *            built without; SPH_E_MEMORY
  * Source     BiCGStab: van der Vorst (1992), doi:10.1137/0913035; CG: Hestenes and Stiefel (1952);
- *            differs: both restart from the residual where they break down
+ *            GMRES: Saad (1993), doi:10.1137/0914028, starting again after 30 iterations; differs: all
+ *            restart from the residual where they break down
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_solver_create(sph_context *context, sph_solver_kind kind,
@@ -133,7 +135,7 @@ SPH_API SPH_NODISCARD sph_status sph_solver_set_reuse(sph_solver *solver, int so
  *            a value that is not finite there; b or x not finite: x is as it was. SPH_E_NOT_CONVERGED
  *            the limit was reached, or the method broke down time and again: x has the least residual
  *            met. SPH_E_UNAVAILABLE PETSc lacks what was asked for; SPH_E_INTERNAL PETSc failed;
- *            SPH_E_MEMORY: x is as it was
+ *            SPH_E_MEMORY: x is as it was, or has a smaller residual
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_solver_solve(sph_solver *solver, const sph_matrix *matrix,

@@ -89,7 +89,7 @@ sph_status sph_isph_create(sph_context *context, sph_kernel *kernel, sph_particl
     return SPHI_ERROR(context, SPH_E_MEMORY, "isph: no memory");
   }
   (*out)->data = s;
-  const sph_status status = create_solver(context, SPH_SOLVER_BICGSTAB, &s->solver);
+  const sph_status status = create_solver(context, SPH_SOLVER_GMRES, &s->solver);
   if (status != SPH_OK) {
     sph_integrator_destroy(out);
     return status;

@@ -11,7 +11,8 @@
 #define SPHI_SOLVER_LIST(X) \
   X(1, BICGSTAB, bicgstab)  \
   X(2, CG, cg)              \
-  X(3, PETSC, petsc)
+  X(3, PETSC, petsc)        \
+  X(4, GMRES, gmres)
 
 #define SPHI_PRECONDITIONER_LIST(X) \
   X(1, NONE, none)                  \

@@ -112,6 +112,8 @@ static void measure_all(const char *name, const sparse *s, const sparse *before,
                       {SPH_SOLVER_BICGSTAB, SPH_PRECONDITIONER_ILU0, false},
                       {SPH_SOLVER_BICGSTAB, SPH_PRECONDITIONER_MULTIGRID, false},
                       {SPH_SOLVER_BICGSTAB, SPH_PRECONDITIONER_MULTIGRID, true},
+                      {SPH_SOLVER_GMRES, SPH_PRECONDITIONER_MULTIGRID, false},
+                      {SPH_SOLVER_GMRES, SPH_PRECONDITIONER_MULTIGRID, true},
                       {SPH_SOLVER_CG, SPH_PRECONDITIONER_MULTIGRID, false},
                       {SPH_SOLVER_PETSC, SPH_PRECONDITIONER_ILU0, false},
                       {SPH_SOLVER_PETSC, SPH_PRECONDITIONER_MULTIGRID, false}};
