@@ -285,6 +285,10 @@ LIANG ?=
 wave-loss: lib examples ## measure what waves lose by resolution, diffusion, viscosity and kernel
 	BUILD='$(BUILD)' tests/validation/wave_loss.sh '$(BUILD)/wave_loss'
 
+.PHONY: compare-methods
+compare-methods: lib examples ## compute the same waves by three methods (COMPARE='--update' for options)
+	BUILD='$(BUILD)' tests/validation/methods.sh '$(BUILD)/methods' $(COMPARE)
+
 .PHONY: compare-interpolators
 compare-interpolators: lib examples $(BUILD)/interpolators/interpolators ## measure all interpolators side by side (COMPARE='--update' for options)
 	BUILD='$(BUILD)' tests/validation/interpolators.sh '$(BUILD)/interpolators' $(COMPARE)

@@ -1,4 +1,5 @@
 /* What the examples share, see example.h. */
+#define _XOPEN_SOURCE 700 /* getrusage */
 #include "example.h"
 
 #include <errno.h>
@@ -9,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
@@ -170,6 +172,11 @@ double example_clock(void) {
   struct timespec now;
   timespec_get(&now, TIME_UTC);
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+double example_peak_memory(void) {
+  struct rusage usage;
+  return getrusage(RUSAGE_SELF, &usage) == 0 ? (double)usage.ru_maxrss / 1024 : NAN;
 }
 
 void example_progress_show(example_progress *progress, const sph_integrator *flow, double end) {

@@ -68,6 +68,9 @@ const char *example_path(const char *folder, const char *file);
 /* Seconds since some moment. */
 double example_clock(void);
 
+/* The most memory that the program had so far [MB of 2^20 bytes]. */
+double example_peak_memory(void);
+
 /* A line on the terminal while a run goes on; nothing where standard error is a file. */
 typedef struct example_progress {
   double start, last;

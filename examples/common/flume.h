@@ -44,8 +44,7 @@ typedef struct example_waves {
   bool flap;          /* the paddle is one, hinged at the bed */
 } example_waves;
 
-/* How the flumes are computed unless told otherwise. Wendland's C2 with h = 2 dx (incompressible: 1.5 dx) holds
- * steep run-up together best; alpha = 0.01 loses less of a wave than 0.02, and below it the pressure scatters: docs/wave_loss.md. */
+/* How the flumes are computed unless told otherwise. Wendland's C2 with h = 2 dx holds steep run-up together best; alpha = 0.01 loses less of a wave than 0.02, and below it the pressure scatters: docs/wave_loss.md. */
 example_scheme example_flume_scheme(void);
 
 /* Refuses options that do not go together and fills in defaults. */

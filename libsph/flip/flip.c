@@ -22,6 +22,7 @@ static void destroy(sph_integrator *flow) {
   sph_context *context = flow->context;
   void *const arrays[] = {s->cell,
                           s->order,
+                          s->left,
                           s->start,
                           s->rho,
                           s->u[0],

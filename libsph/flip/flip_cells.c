@@ -58,10 +58,12 @@ sph_status sphi_flip_sort(sph_integrator *flow) {
   sph_particles *particles = flow->particles;
   const int32_t n = particles->n, cells = s->mesh->cells;
   const double begin = sphi_seconds(), *cell = flip_field(flow, s->field)[0];
-  SPH_CHECK(context,
-            sphi_reserve(context, (void **)&s->cell, &s->cell_capacity, n, sizeof *s->cell) &&
-                sphi_reserve(context, (void **)&s->order, &s->order_capacity, n, sizeof *s->order),
-            SPH_E_MEMORY, "flip: no memory for %d particles", n);
+  SPH_CHECK(
+      context,
+      sphi_reserve(context, (void **)&s->cell, &s->cell_capacity, n, sizeof *s->cell) &&
+          sphi_reserve(context, (void **)&s->order, &s->order_capacity, n, sizeof *s->order) &&
+          sphi_reserve(context, (void **)&s->left, &s->left_capacity, n, sizeof *s->left),
+      SPH_E_MEMORY, "flip: no memory for %d particles", n);
   memset(s->start, 0, ((size_t)cells + 1) * sizeof *s->start);
   for (int32_t i = 0; i < n; i++) {
     s->cell[i] = (int32_t)cell[i];

@@ -14,6 +14,17 @@ typedef struct flip_record {
   double u[4][2], du[4][2];
 } flip_record;
 
+/* What particles need to be carried along; the cell they are in stays as it is. */
+typedef struct flip_carry {
+  const flip_record *record;
+  const int64_t *start;
+  const int32_t *order, *corner;
+  const double *pressure;
+  double *x[2], *v[2], *p;
+  double dt, pic;
+  uint8_t *left; /* [n] set for those that leave their cell, which stay where they are */
+} flip_carry;
+
 /* What a node on walls keeps to: u . n = h for up to two normals. */
 typedef struct flip_hold {
   int32_t node;
@@ -41,7 +52,8 @@ typedef struct flip {
 
   /* Of the particles. */
   int32_t *cell, *order; /* [n] storage order; by cells, those of a cell in storage order */
-  int64_t cell_capacity, order_capacity;
+  uint8_t *left;         /* [n] by flip_carry */
+  int64_t cell_capacity, order_capacity, left_capacity;
   int64_t *start; /* [cells + 1] in `order` */
 
   /* Of the cells. */

@@ -9,7 +9,7 @@
 
 #include "flip/flip_impl.h"
 
-enum { PARALLEL_FROM = 2048 };
+enum { PARALLEL_FROM = 2048, BLOCK = 256 };
 
 /* Means at nodes by area, then what walls prescribe. */
 static void node_velocities(const sph_integrator *flow, double *const *u, const flip_hold *hold,
@@ -170,6 +170,27 @@ static inline fate advance(const sph_integrator *flow, int32_t i, double dt) {
   return end;
 }
 
+/* All particles that stay in their cell. */
+static void carry_along(sph_integrator *flow, double dt) {
+  const flip *s = flip_of(flow);
+  const int32_t cells = s->mesh->cells, blocks = (cells + BLOCK - 1) / BLOCK;
+  const flip_carry a = {.record = s->record,
+                        .start = s->start,
+                        .order = s->order,
+                        .corner = s->mesh->corner,
+                        .pressure = s->pressure,
+                        .x = {flip_field(flow, SPHI_X)[0], flip_field(flow, SPHI_X)[1]},
+                        .v = {flip_field(flow, SPHI_V)[0], flip_field(flow, SPHI_V)[1]},
+                        .p = flip_field(flow, SPHI_P)[0],
+                        .dt = dt,
+                        .pic = s->share,
+                        .left = s->left};
+  const sphi_update update = flow->variant->updates[SPHI_UPDATE_carry];
+#pragma omp parallel for num_threads(flow->context->threads) schedule(static) if (blocks > 1)
+  for (int32_t b = 0; b < blocks; b++)
+    update(&a, b * BLOCK, (b + 1) * BLOCK < cells ? (b + 1) * BLOCK : cells);
+}
+
 sph_status sphi_flip_advance(sph_integrator *flow, double dt) {
   flip *s = flip_of(flow);
   sph_context *context = flow->context;
@@ -178,9 +199,11 @@ sph_status sphi_flip_advance(sph_integrator *flow, double dt) {
   const int32_t n = particles->n;
   int32_t bad = INT32_MAX;
   int64_t back = 0, left = 0;
+  carry_along(flow, dt);
 #pragma omp parallel for num_threads(context->threads) schedule(static) \
     reduction(min : bad) reduction(+ : back, left) if (n > PARALLEL_FROM)
   for (int32_t i = 0; i < n; i++) {
+    if (!s->left[i]) continue;
     const fate end = advance(flow, i, dt);
     back += end == PUT_BACK;
     left += end == LEFT;

@@ -78,7 +78,8 @@ enum {
       SPHI_OPERATORS
 };
 
-/* Does the particles begin..end-1 without their neighbours; returns the first bad one or INT32_MAX. */
+/* Does the particles (or, `carry`, those of the cells) begin..end-1 without their neighbours; returns the first bad
+ * one or INT32_MAX. */
 typedef int32_t (*sphi_update)(const void *arguments, int32_t begin, int32_t end);
 
 /* Updates: a row here and a function sphi_<name>_update_<variant> in one of the files op_*.c. */
@@ -87,7 +88,8 @@ typedef int32_t (*sphi_update)(const void *arguments, int32_t begin, int32_t end
   X(middle_stage)           \
   X(final_stage)            \
   X(kick)                   \
-  X(move)
+  X(move)                   \
+  X(carry)
 
 enum {
 #define SPHI_UPDATE_ENUM(name) SPHI_UPDATE_##name,

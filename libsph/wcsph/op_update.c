@@ -309,5 +309,9 @@ UPDATE_LOOP(move, move_chunk(a, dim, first, count, extremes))
     v_leave();                                                                                    \
     return bad;                                                                                   \
   }
-SPHI_UPDATE_LIST(UPDATE_STAMP)
+UPDATE_STAMP(initial_stage)
+UPDATE_STAMP(middle_stage)
+UPDATE_STAMP(final_stage)
+UPDATE_STAMP(kick)
+UPDATE_STAMP(move)
 #undef UPDATE_STAMP
