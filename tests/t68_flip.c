@@ -507,6 +507,40 @@ static void paddle_raises_the_level(void) {
 
 /* ---- errors ---- */
 
+/* Probes ask the mesh: what sph_flip_evaluate says, and levels; nothing where the paddle has been. */
+static void probes_ask_the_mesh(void) {
+  box b = make_box(1, 1, 20, 20, 3, 0.5);
+  sph_context *context = b.context;
+  const double at[2] = {0.6, 0.22}, low[2] = {0.6, 0.1}, high[2] = {0.6, 0.3}, foot[2] = {0.6, 0};
+  const double passed[2] = {0.1, 0.2}, up[2] = {0, 1};
+  sph_probe *probe[5];
+  double value[5][2] = {{0}}, p[2], v[2], level;
+  SPH_TEST_OK(context, sph_probe_create_pressure(b.flow, at, &probe[0]));
+  SPH_TEST_OK(context, sph_probe_create_pressure_average(b.flow, low, high, 50, &probe[1]));
+  SPH_TEST_OK(context, sph_probe_create_velocity(b.flow, at, &probe[2]));
+  SPH_TEST_OK(context, sph_probe_create_elevation(b.flow, foot, up, 0.95, &probe[3]));
+  SPH_TEST_OK(context, sph_probe_create_pressure(b.flow, passed, &probe[4]));
+  SPH_TEST_OK(context, sph_flip_set_paddle(b.flow, push, NULL, 1));
+  SPH_TEST_OK(context, sph_integrator_advance(b.flow, 0.9));
+  for (int k = 0; k < 5; k++) SPH_TEST_OK(context, sph_probe_last(probe[k], value[k]));
+  SPH_TEST_OK(context, sph_flip_evaluate(b.flow, 1, at, p, v));
+  CU_ASSERT(value[0][0] == p[0] && value[2][0] == v[0] && value[2][1] == v[1]);
+  SPH_TEST_BELOW(1e-3, hypot(v[0], v[1]));
+  double mean = 0;
+  for (int k = 0; k < 50; k++) {
+    const double x[2] = {0.6, 0.1 + 0.2 * (k + 0.5) / 50};
+    SPH_TEST_OK(context, sph_flip_evaluate(b.flow, 1, x, p, NULL));
+    mean += p[0] / 50;
+  }
+  SPH_TEST_CLOSE(value[1][0], mean, 1e-12, 0);
+  SPH_TEST_OK(context, sph_flip_find_level(b.flow, 0.6, &level));
+  SPH_TEST_CLOSE(value[3][0], level, 0, 0.01);
+  SPH_TEST_BELOW(0.55, level); /* the paddle has raised it */
+  CU_ASSERT(value[4][0] == 0);
+  for (int k = 0; k < 5; k++) sph_probe_destroy(&probe[k]);
+  free_box(&b);
+}
+
 static void wrong_calls_are_refused(void) {
   box b = make_box(1, 1, 4, 4, 2, 0.5);
   sph_context *context = b.context;
@@ -547,9 +581,10 @@ static void wrong_calls_are_refused(void) {
   SPH_TEST_STATUS(context, sph_isph_set_gravity(b.flow, outside), SPH_E_TYPE, "flip");
   sph_probe *probe = NULL;
   const double inside[2] = {0.5, 0.5};
-  sph_status status = sph_probe_create_pressure(b.flow, inside, &probe);
-  if (status == SPH_OK) status = sph_integrator_step(b.flow);
-  CU_ASSERT(status == SPH_E_TYPE);
+  SPH_TEST_STATUS(context, sph_probe_create_front(b.flow, 0, 1, &probe), SPH_E_TYPE, "neighbours");
+  SPH_TEST_OK(context, sph_probe_create_pressure(b.flow, inside, &probe));
+  SPH_TEST_STATUS(context, sph_probe_set_interpolator(probe, SPH_INTERPOLATOR_MLS_LINEAR),
+                  SPH_E_TYPE, "no neighbours");
   sph_probe_destroy(&probe);
   sph_particles_destroy(&space);
   sph_particles_destroy(&none);
@@ -634,6 +669,7 @@ SPH_TEST_MAIN("flip", {"still water has straight pressures", still_water_has_str
               {"sloshing has the period of theory", sloshing_has_the_period_of_theory},
               {"threads do not change a bit", threads_do_not_change_a_bit},
               {"paddle raises the level", paddle_raises_the_level},
+              {"probes ask the mesh", probes_ask_the_mesh},
               {"wrong calls are refused", wrong_calls_are_refused},
               {"what cannot be stepped is named", what_cannot_be_stepped_is_named},
               {"no memory leaks nothing", no_memory_leaks_nothing})

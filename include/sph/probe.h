@@ -24,7 +24,8 @@ typedef void (*sph_probe_function)(const sph_integrator *flow, double *values, v
  *
  * I is the normalized kernel mean of the fluid's particles with the flow's kernel and f the body
  * force: the second term of (1) accounts for the hydrostatic gradient, and at a wall at rest the
- * gradient along the normal is no other. sph_probe_set_interpolator chooses another I.
+ * gradient along the normal is no other. sph_probe_set_interpolator chooses another I. Particles on a mesh
+ * (sph/flip.h) have the mesh's pressure, 0 outside of it.
  *
  * Shape      x [dim]
  * Units      x m; p Pa
@@ -96,7 +97,7 @@ SPH_API SPH_NODISCARD sph_status sph_probe_create_velocity(sph_integrator *flow,
  *
  * Parallel   not while another call uses the context
  * Errors     SPH_E_ARGUMENT probe NULL or unknown interpolator; SPH_E_TYPE a probe that does not
- *            interpolate; SPH_E_MEMORY
+ *            interpolate, or particles on a mesh; SPH_E_MEMORY
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_probe_set_interpolator(sph_probe *probe,
@@ -157,7 +158,8 @@ SPH_API SPH_NODISCARD sph_status sph_probe_create_reaction(sph_integrator *flow,
  * Units      m; sign +1 or -1
  * Ownership  holds a reference to flow; the caller destroys *out
  * Parallel   not while another call uses the context
- * Errors     SPH_E_ARGUMENT a NULL, no such axis, sign not +1 or -1, 256 probes; SPH_E_MEMORY
+ * Errors     SPH_E_ARGUMENT a NULL, no such axis, sign not +1 or -1, 256 probes; SPH_E_TYPE particles on a
+ *            mesh; SPH_E_MEMORY
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_probe_create_front(sph_integrator *flow, int axis, double sign,
@@ -178,7 +180,8 @@ SPH_API SPH_NODISCARD sph_status sph_probe_set_min_neighbours(sph_probe *probe, 
  *     G(x) = sum_fluid W V + 1/2 sum_ghosts W V                                                    (2)
  *
  * Sampled every dx/2 with linear interpolation between. The ghosts' half share makes (1) the plane
- * surface at any distance from the walls: the fluid fills half of what the walls leave open.
+ * surface at any distance from the walls: the fluid fills half of what the walls leave open. With particles on
+ * a mesh it is the length of the heavier fluid along the line, by the shares of cells.
  *
  * Shape      foot [dim]; direction [dim], a unit vector
  * Units      foot, length, elevation m

@@ -111,6 +111,14 @@ static inline void flip_mix(const double *values, double s0, double s1, double s
              (s2 - least) * values[4 + d] + 3 * least * values[6 + d];
 }
 
+/* flip.c: whether a flow is of this method; places of particles that the caller gave or changed. */
+sph_status sphi_flip_check(const sph_integrator *flow);
+sph_status sphi_flip_refresh(sph_integrator *flow);
+
+/* flip_measure.c: what probes ask for, see sphi_method. */
+sph_status sphi_flip_evaluate(sph_integrator *flow, int64_t count, const double *x,
+                              double *pressure, double *velocity, double *filling);
+
 /* flip_cells.c: places of all particles; SPH_E_ARGUMENT names one that is outside, unless the paddle has just
  * gone over it. */
 sph_status sphi_flip_locate(sph_integrator *flow, bool moved);

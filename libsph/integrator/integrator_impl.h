@@ -75,6 +75,10 @@ typedef struct sphi_method {
   void (*surroundings)(const sph_integrator *flow, sphi_surroundings *out);
   sph_status (*energy)(const sph_integrator *flow, struct sph_energy *energy);
   sph_status (*reaction)(sph_integrator *flow, int wall, double *force);
+  /* Of methods whose particles have no neighbours to interpolate from: at points [n, dim] the pressure [n], velocity
+   * [n, dim] and share of the heavier fluid [n], each may be NULL; 0 where there is no flow. */
+  sph_status (*evaluate)(sph_integrator *flow, int64_t n, const double *x, double *pressure,
+                         double *velocity, double *filling);
 } sphi_method;
 
 /* Called after every step; an error stops the run. Observers are called in the order of adding. */

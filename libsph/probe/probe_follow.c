@@ -4,8 +4,27 @@
 void sphi_probe_points_free(sph_context *context, sphi_probe_points *points) {
   sphi_gather_free(context, &points->gather);
   sphi_free(context, points->reference);
+  sphi_free(context, points->asked);
+  sphi_free(context, points->answer);
   sph_interpolator_destroy(&points->interpolator);
   sph_boundary_destroy(&points->boundary);
+}
+
+sph_status sphi_probe_prepare(sph_probe *probe) {
+  sphi_probe_points *points = probe->data;
+  const int64_t n = (int64_t)points->gather.n * probe->flow->particles->dim;
+  if (!probe->flow->method->evaluate) return SPH_OK;
+  points->asked = SPHI_NEW(probe->context, n, double);
+  points->answer = SPHI_NEW(probe->context, n, double);
+  SPH_CHECK(probe->context, points->asked && points->answer, SPH_E_MEMORY,
+            "probe \"%s\": no memory for %d points", probe->name, points->gather.n);
+  return SPH_OK;
+}
+
+const double *sphi_probe_places(sphi_probe_points *points, int dim) {
+  for (int32_t k = 0; k < points->gather.n; k++)
+    for (int d = 0; d < dim; d++) points->asked[(int64_t)dim * k + d] = points->gather.x[d][k];
+  return points->asked;
 }
 
 /* Puts the points where the wall has them now. Lists reach as far as a particle and a point may have come,

@@ -21,6 +21,8 @@ typedef struct sphi_probe_points {
   int wall;
   double *reference;           /* [n, dim] where they are when the wall is where it was created */
   sphi_wall_state now, listed; /* of the wall: at the last sample, and when the gather was listed */
+  double *asked;  /* [n, dim] the points, for methods that answer themselves; else NULL */
+  double *answer; /* [n, dim] room for what they answer */
 } sphi_probe_points;
 
 /* A kind of probe: one table at the end of its part. */
@@ -62,6 +64,10 @@ sphi_surroundings sphi_probe_surroundings(const sph_integrator *flow);
 /* Refuses a point that is not finite, deep inside a wall or outside the domain. */
 sph_status sphi_probe_check_point(const sph_integrator *flow, const sphi_surroundings *around,
                                   const char *kind, const double *x);
+/* Room for points of a method that answers itself; nothing for others. */
+sph_status sphi_probe_prepare(sph_probe *probe);
+/* The points for such a method, in the order given. */
+const double *sphi_probe_places(sphi_probe_points *points, int dim);
 /* Interpolates at the points of a kind that has them, for now. */
 sph_status sphi_probe_gather(sph_probe *probe);
 void sphi_probe_points_free(sph_context *context, sphi_probe_points *points);

@@ -31,18 +31,30 @@ static double pressure_at(const sph_integrator *flow, const sphi_probe_points *p
 
 static sph_status measure_pressure(sph_probe *probe, double *values) {
   points_data *data = probe->data;
-  SPH_TRY(sphi_probe_gather(probe));
+  sph_integrator *flow = probe->flow;
   const sphi_gather *gather = &data->points.gather;
   double sum = 0;
+  if (flow->method->evaluate) {
+    const double *x = sphi_probe_places(&data->points, flow->particles->dim);
+    SPH_TRY(flow->method->evaluate(flow, gather->n, x, data->points.answer, NULL, NULL));
+    for (int32_t k = 0; k < gather->n; k++) sum += data->weight[k] * data->points.answer[k];
+    values[0] = sum;
+    return SPH_OK;
+  }
+  SPH_TRY(sphi_probe_gather(probe));
   for (int32_t k = 0; k < gather->n; k++)
-    sum += data->weight[gather->columns.order[k]] * pressure_at(probe->flow, &data->points, k);
+    sum += data->weight[gather->columns.order[k]] * pressure_at(flow, &data->points, k);
   values[0] = sum;
   return SPH_OK;
 }
 
 static sph_status measure_velocity(sph_probe *probe, double *values) {
+  sphi_probe_points *points = &((points_data *)probe->data)->points;
+  if (probe->flow->method->evaluate)
+    return probe->flow->method->evaluate(probe->flow, 1, sphi_probe_places(points, probe->columns),
+                                         NULL, values, NULL);
   SPH_TRY(sphi_probe_gather(probe));
-  const sphi_interpolation *work = &((const points_data *)probe->data)->points.gather.work;
+  const sphi_interpolation *work = &points->gather.work;
   const bool thin = work->rung[0] == 0 || work->gamma[0] < SPHI_PROBE_THIN;
   for (int d = 0; d < probe->columns; d++)
     values[d] = thin ? 0 : work->value[(int64_t)(1 + d) * work->n];
@@ -102,7 +114,7 @@ static sph_status fill_points(sph_probe *probe, const places *from) {
     data->weight[k] = place(from, dim, k, x);
     for (int d = 0; d < dim; d++) points->gather.x[d][k] = x[d];
   }
-  return SPH_OK;
+  return sphi_probe_prepare(probe);
 }
 
 /* Arguments other than the places are checked. */
@@ -129,6 +141,9 @@ sph_status sph_probe_set_interpolator(sph_probe *probe, sph_interpolator_type ty
   if (!probe) return SPH_E_ARGUMENT;
   SPH_CHECK(probe->context, probe->kind == &pressure_kind || probe->kind == &velocity_kind,
             SPH_E_TYPE, "probe \"%s\": only pressure and velocity are interpolated", probe->name);
+  SPH_CHECK(probe->context, !probe->flow->method->evaluate, SPH_E_TYPE,
+            "probe \"%s\": the method \"%s\" has no neighbours to interpolate from", probe->name,
+            probe->flow->method->name);
   sph_integrator *flow = probe->flow;
   sphi_probe_points *points = &((points_data *)probe->data)->points;
   sph_interpolator *interpolator;

@@ -113,8 +113,24 @@ static void update_share(sph_probe *probe, const sph_boundary *boundary) {
   }
 }
 
+/* The length of heavier fluid along the line, of methods that answer themselves: by the shares of cells, which
+ * are no smooth function of the place. Samples in the middle of the steps. */
+static sph_status measure_length(sph_probe *probe, double *values) {
+  line_data *data = probe->data;
+  sph_integrator *flow = probe->flow;
+  const int dim = flow->particles->dim;
+  const int32_t n = data->points.gather.n - 1;
+  const double *x = sphi_probe_places(&data->points, dim);
+  for (int64_t k = 0; k < (int64_t)n * dim; k++) data->points.asked[k] = 0.5 * (x[k] + x[k + dim]);
+  SPH_TRY(flow->method->evaluate(flow, n, x, NULL, NULL, data->points.answer));
+  values[0] = 0;
+  for (int32_t k = 0; k < n; k++) values[0] += data->points.answer[k] * data->step;
+  return SPH_OK;
+}
+
 static sph_status measure_elevation(sph_probe *probe, double *values) {
   line_data *data = probe->data;
+  if (probe->flow->method->evaluate) return measure_length(probe, values);
   const sphi_gather *gather = &data->points.gather;
   SPH_TRY(sphi_probe_gather(probe));
   sphi_surroundings around = {0};
@@ -164,7 +180,7 @@ static sph_status fill_line(sph_probe *probe, const double *foot, const double *
   for (int d = 0; d < dim; d++)
     for (int32_t k = 0; k < n; k++)
       points->gather.x[d][k] = foot[d] + k * data->step * direction[d];
-  return SPH_OK;
+  return sphi_probe_prepare(probe);
 }
 
 sph_status sph_probe_create_elevation(sph_integrator *flow, const double *foot,
@@ -242,6 +258,9 @@ sph_status sph_probe_create_front(sph_integrator *flow, int axis, double sign, s
             "probe \"front\": axis must be 0 to %d, got %d", dim - 1, axis);
   SPH_CHECK(context, fabs(sign) == 1, SPH_E_ARGUMENT,
             "probe \"front\": sign must be +1 or -1, got %g", sign);
+  SPH_CHECK(context, !flow->method->evaluate, SPH_E_TYPE,
+            "probe \"front\": particles of the method \"%s\" have no neighbours to count",
+            flow->method->name);
   static const char *const names[] = {"front"}, *const units[] = {"m"};
   sph_probe *probe;
   SPH_TRY(sphi_probe_new(flow, &front_kind, 1, names, units, &probe));
