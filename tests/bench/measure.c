@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "flops.h"
+#include "mesh.h"
 #include "plain.h"
 #include "table.h"
 
@@ -20,7 +21,7 @@ static int ascending(const void *a, const void *b) {
   return (x > y) - (x < y);
 }
 
-static double median(const double *values, int count) {
+double median(const double *values, int count) {
   samples sorted;
   if (count == 0) return 0;
   memcpy(sorted, values, (size_t)count * sizeof *values);
@@ -387,7 +388,7 @@ static void measure_all(const flow_case *of, const state *s, plain_flow *plain,
                         const selection *what, records *all) {
   for (int chosen = 0; chosen < SCHEMES; chosen++) {
     if (!of->steps[chosen] || (what->scheme >= 0 && chosen != what->scheme)) continue;
-    table_head(schemes[chosen].incompressible);
+    table_head(chosen);
     for (sph_isa isa = SPH_ISA_BASELINE; isa <= SPH_ISA_AVX512; isa++) {
       if (what->isa != SPH_ISA_AUTO && isa != what->isa) continue;
       if (isa_is_available(isa)) measure_threads(of, s, isa, chosen, plain, what, all);
@@ -419,6 +420,10 @@ static void print_plain(plain_flow *plain, int repeats) {
 
 void measure_case(const flow_case *of, const selection *what, records *all) {
   flow_case shape = *of;
+  if (!of->basin) {
+    measure_mesh(of, what, all);
+    return;
+  }
   if (what->scheme >= 0 && !of->steps[what->scheme]) return;
   if (what->quick) {
     shape.spacing *= 2;

@@ -19,6 +19,8 @@ typedef struct selection {
 
 bool isa_is_available(sph_isa isa);
 
+double median(const double *values, int count);
+
 /* Prints as it goes; ends the program if something fails, or if the plain loop and the library do not
  * compute the same. */
 void measure_case(const flow_case *of, const selection *what, records *all);

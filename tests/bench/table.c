@@ -1,5 +1,7 @@
 #include "table.h"
 
+#include "world.h"
+
 static void head_incompressible(void) {
   puts(
       "  stepper    isa      thr ns/step |search  pack ghosts pairs rows set-up iter. update "
@@ -22,6 +24,23 @@ static void row_incompressible(const record *r) {
          r->step_to_delta, r->bytes);
 }
 
+static void head_mesh(void) {
+  puts(
+      "  stepper    isa      thr ns/step |  sort means  rows set-up iter. carry other |iter. bytes "
+      "speed alloc");
+  puts(
+      "                                  |     %     %     %      %     %     %     % |/step       "
+      "  up /step");
+}
+
+static void row_mesh(const record *r) {
+  const double share = 100 / r->step_ns;
+  printf("  %-10s %-8s %3.0f %7.0f |%6.1f %5.1f %5.1f %6.1f %5.1f %5.1f %5.1f |%5.1f %5.0f ",
+         r->stepper, r->isa, r->threads, r->step_ns, share * r->search_ns, share * r->pack_ns,
+         share * r->rows_ns, share * r->setup_ns, share * r->iterations_ns, share * r->update_ns,
+         share * r->other_ns, r->iterations, r->bytes);
+}
+
 static void row_compressible(const record *r) {
   const double share = 100 / r->evaluation_ns;
   printf("  %-10s %-8s %3.0f %7.0f %7.1f |%6.1f %5.1f %6.1f %5.1f %6.1f %6.1f %5.1f |", r->stepper,
@@ -33,9 +52,13 @@ static void row_compressible(const record *r) {
          r->list_entries, r->bytes);
 }
 
-void table_head(bool incompressible) {
-  if (incompressible) {
+void table_head(int number) {
+  if (number == ISPH) {
     head_incompressible();
+    return;
+  }
+  if (number == FLIP) {
+    head_mesh();
     return;
   }
   puts(
@@ -49,6 +72,8 @@ void table_head(bool incompressible) {
 void table_row(const record *r) {
   if (r->delta_ns > 0)
     row_incompressible(r);
+  else if (r->iterations_ns > 0)
+    row_mesh(r);
   else
     row_compressible(r);
   if (r->speed_up > 0)

@@ -4,7 +4,8 @@
 
 #include "records.h"
 
-void table_head(bool incompressible);
+/* For rows of one of schemes[]. */
+void table_head(int number);
 void table_row(const record *r);
 
 #endif

@@ -39,12 +39,14 @@ const flow_case flow_cases[] = {
     {"rest2d", &rest, 2, WENDLAND, 0.5 / 45, 1.5, 1, {[ISPH] = 8}, true},
     {"rest2d-medium", &rest, 2, WENDLAND, 0.5 / 112, 1.5, 1, {[ISPH] = 4}, false},
     {"rest2d-large", &rest, 2, WENDLAND, 0.5 / 224, 1.5, 1, {[ISPH] = 4}, false},
+    {.name = "mesh2d", .dim = 2, .spacing = 0.025, .steps = {[FLIP] = 10}, .usual = true},
 };
 const int flow_case_count = sizeof flow_cases / sizeof *flow_cases;
 
 const scheme schemes[SCHEMES] = {[RK4] = {"rk4", false, SPH_STEPPER_RK4},
                                  [SYMPLECTIC] = {"symplectic", false, SPH_STEPPER_SYMPLECTIC},
-                                 [ISPH] = {.name = "isph", .incompressible = true}};
+                                 [ISPH] = {.name = "isph", .incompressible = true},
+                                 [FLIP] = {.name = "flip"}};
 
 void world_check(sph_status status, const sph_context *context, const char *call) {
   if (status == SPH_OK) return;
@@ -91,6 +93,8 @@ static void release(void *pointer, void *user) {
   held->now -= (int64_t)bytes;
   free(block);
 }
+
+sph_allocator memory_allocator(memory *held) { return (sph_allocator){allocate, release, held}; }
 
 /* A number in [-1, 1) from a counter: the same on every machine. */
 static double noise(uint64_t k) {
@@ -197,7 +201,7 @@ void world_open(world *w, const flow_case *of, sph_isa isa, int threads, int cho
                 const state *from) {
   memset(w, 0, sizeof *w);
   w->of = of;
-  const sph_allocator allocator = {allocate, release, &w->held};
+  const sph_allocator allocator = memory_allocator(&w->held);
   world_check(sph_context_create_with_allocator(&allocator, &w->context), NULL, "context");
   OK(w, sph_context_set_threads(w->context, threads));
   OK(w, sph_context_set_isa(w->context, isa));

@@ -6,8 +6,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* The schemes that are measured: steppers of weakly compressible SPH, and incompressible SPH. */
-enum { RK4, SYMPLECTIC, ISPH, SCHEMES };
+/* The schemes that are measured: steppers of weakly compressible SPH, incompressible SPH, particles with a mesh. */
+enum { RK4, SYMPLECTIC, ISPH, FLIP, SCHEMES };
 typedef struct scheme {
   const char *name;
   bool incompressible;
@@ -19,10 +19,10 @@ typedef struct basin basin; /* water in a tank, and how it starts */
 
 typedef struct flow_case {
   const char *name;
-  const basin *basin;
+  const basin *basin; /* NULL: the mesh's own, see mesh.c */
   int dim;
   sph_kernel_type kernel;
-  double spacing;     /* m */
+  double spacing;     /* m; legs of triangles */
   double h_factor;    /* h / spacing */
   int warm_up;        /* steps before anything is measured */
   int steps[SCHEMES]; /* steps a repeat; 0: not measured with that scheme */
@@ -63,6 +63,9 @@ typedef struct world {
   sph_solver *solver; /* of incompressible SPH, part of the flow; NULL: there is none */
   sph_probe *gauge;
 } world;
+
+/* An allocator that counts. */
+sph_allocator memory_allocator(memory *held);
 
 /* On failure says what the library says and ends the program. */
 #define OK(world, call) world_check(call, (world)->context, #call)
