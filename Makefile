@@ -181,7 +181,8 @@ $(BUILD)/sources: force
 
 # The facts that sph_build_info() tells.
 BUILD_FACTS = -DSPHI_BUILD_OPT='"$(strip $(OPT))"' -DSPHI_BUILD_OP_OPT='"$(strip $(OP_OPT) $(RELAXED))"' \
-  -DSPHI_BUILD_VARIANTS='"$(strip $(VARIANTS))"' -DSPHI_BUILD_SAN='"$(or $(SAN),no)"'
+  -DSPHI_BUILD_VARIANTS='"$(strip $(VARIANTS))"' -DSPHI_BUILD_SAN='"$(or $(SAN),no)"' \
+  -DSPHI_BUILD_PETSC='"$(if $(filter 1,$(PETSC)),$(shell $(PKG_CONFIG) --modversion $(PETSC_FOUND) 2>/dev/null),no)"'
 $(BUILD)/obj/core/build.o: FACTS = $(BUILD_FACTS)
 $(BUILD)/obj/solver/petsc.o: FACTS = $(PETSC_CPPFLAGS)
 

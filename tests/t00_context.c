@@ -52,6 +52,7 @@ static void build_info_has_lines(void) {
   const char *info = sph_build_info();
   CU_ASSERT(strstr(info, sph_version()) != NULL);
   CU_ASSERT(strstr(info, "base_f32") != NULL);
+  CU_ASSERT(strstr(info, "\npetsc ") != NULL);
   int lines = 0;
   for (const char *line = info; *line;) {
     const char *end = strchr(line, '\n');

@@ -10,6 +10,7 @@
 #define SPHI_BUILD_OP_OPT "unknown"
 #define SPHI_BUILD_VARIANTS "unknown"
 #define SPHI_BUILD_SAN "unknown"
+#define SPHI_BUILD_PETSC "unknown"
 #endif
 
 #if defined(__clang__)
@@ -40,5 +41,6 @@ const char *sph_version(void) { return VERSION_TEXT; }
 const char *sph_build_info(void) {
   return "version " VERSION_TEXT "\ncompiler " COMPILER "\noptimisation " SPHI_BUILD_OPT
          "\npair-loop-optimisation " SPHI_BUILD_OP_OPT "\npair-loop-variants " SPHI_BUILD_VARIANTS
-         "\nsanitizers " SPHI_BUILD_SAN "\ngsl " GSL_TEXT "\nopenmp " OPENMP_TEXT "\n";
+         "\nsanitizers " SPHI_BUILD_SAN "\ngsl " GSL_TEXT "\npetsc " SPHI_BUILD_PETSC
+         "\nopenmp " OPENMP_TEXT "\n";
 }

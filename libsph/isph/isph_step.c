@@ -199,6 +199,7 @@ sph_status sphi_isph_step(sph_integrator *flow, double dt) {
     return status;
   }
   push(flow);
+  const double begin = sphi_seconds();
   double most_speed2 = 0, most_push2 = 0;
   int32_t bad = INT32_MAX;
 #pragma omp parallel for num_threads(flow->context->threads) schedule(static) if (n > 1024) \
@@ -234,6 +235,7 @@ sph_status sphi_isph_step(sph_integrator *flow, double dt) {
   sphi_cloud_damp(flow, dt);
   SPH_TRY(sphi_cloud_stop_at_walls(flow, dt));
   sphi_cloud_has_moved(flow, dt);
+  flow->stats.seconds_update += sphi_seconds() - begin;
   return SPH_OK;
 }
 
