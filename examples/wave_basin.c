@@ -78,7 +78,7 @@ static void parse(int argc, char **argv, setup *s) {
       OPTION_FLAG("--global", s->global, "flip: smooth grad p / rho everywhere, consistently"),
       OPTION_NUMBER("--end", s->end, 0, 1000, "end [s]; 0: as the case wants"),
       OPTION_TEXT("--out", s->out, "folder for gauges, pictures and VTK; without it none"),
-      OPTION_INTEGER("--vtk", s->vtk, 0, 100000, "flip: frames of the mesh for ParaView"),
+      OPTION_INTEGER("--vtk", s->vtk, 0, 100000, "frames for ParaView; flip: of the mesh"),
       OPTION_INTEGER("--pictures", s->pictures, 0, 1000, "frames as text for gnuplot"),
       OPTION_TEXT("--summary", s->summary, "file for the figures as JSON"),
       OPTION_FLAG("--quick", s->quick, "coarse and short: a test that it runs")};
@@ -90,7 +90,6 @@ static void parse(int argc, char **argv, setup *s) {
     example_refuse("--case", "\"%s\" is none of standing, solitary, bar", s->flow);
   if (!s->meshed && strcmp(s->scheme.method, "isph") != 0 && strcmp(s->scheme.method, "wcsph") != 0)
     example_refuse("--method", "\"%s\" is none of flip, isph, wcsph", s->scheme.method);
-  if (s->vtk > 0 && !s->meshed) example_refuse("--vtk", "wants --method flip");
   if ((s->vtk > 0 || s->pictures > 0) && *s->out == '\0')
     example_refuse(s->vtk > 0 ? "--vtk" : "--pictures", "wants a folder, --out");
   s->length = standing ? 20 : over ? 13 : 15;
@@ -298,8 +297,13 @@ static void find_crest(const setup *s, const run *r, double *place, double *heig
   free(level);
 }
 
-static void write_frame(const setup *s, const run *r, int number) {
+static void write_frame(const run *r) {
   sph_context *context = r->flow.context;
+  const double time = sph_integrator_time(r->flow.integrator);
+  if (!r->mesh) {
+    OK(sph_output_write(r->flow.vtk, r->flow.water, time));
+    return;
+  }
   const int64_t nodes = sph_mesh_node_count(r->mesh), cells = sph_mesh_cell_count(r->mesh);
   double *pressure = example_numbers(nodes), *rho = example_numbers(cells);
   double *velocity = example_numbers(2 * cells);
@@ -308,10 +312,7 @@ static void write_frame(const setup *s, const run *r, int number) {
   const sph_mesh_field at_nodes = {"pressure", "Pa", 1, pressure};
   const sph_mesh_field of_cells[] = {{"density", "kg/m^3", 1, rho},
                                      {"velocity", "m/s", 2, velocity}};
-  char name[32];
-  snprintf(name, sizeof name, "mesh_%06d.vtu", number);
-  OK(sph_mesh_write_vtk(r->mesh, example_path(s->out, name),
-                        sph_integrator_time(r->flow.integrator), 1, &at_nodes, 2, of_cells));
+  OK(sph_output_write_mesh(r->flow.vtk, r->mesh, 1, &at_nodes, 2, of_cells, time));
   free(pressure);
   free(rho);
   free(velocity);
@@ -370,7 +371,10 @@ static double advance(const setup *s, run *r) {
   const int count = s->quick ? 36 : 900, every = s->vtk > 0 ? (count + s->vtk - 1) / s->vtk : count;
   int picture = 0;
   double seconds = 0;
-  for (int k = 0, frame = 0; k <= count; k++) {
+  if (s->vtk > 0)
+    OK(sph_output_create_vtk(r->flow.context, example_path(s->out, "vtk"),
+                             s->meshed ? "mesh" : "water", &r->flow.vtk));
+  for (int k = 0; k <= count; k++) {
     const double t = s->end * k / count;
     const clock_t begin = clock();
     if (k > 0) OK(sph_integrator_advance(r->flow.integrator, t));
@@ -379,7 +383,7 @@ static double advance(const setup *s, run *r) {
     for (int half = 1; half <= 2; half++)
       if (fabs(t - 0.5 * half * period_of(s)) < 1e-9)
         r->pressure_error[half - 1] = pressure_error(s, r);
-    if (s->vtk > 0 && k > 0 && k % every == 0) write_frame(s, r, frame++);
+    if (s->vtk > 0 && k > 0 && k % every == 0) write_frame(r);
     if (example_frame_due(t, s->end, s->pictures, picture)) write_picture(s, r, picture++);
     example_progress_show(&progress, r->flow.integrator, s->end);
   }

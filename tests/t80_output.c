@@ -428,6 +428,57 @@ static void outlives_its_context(void) {
   stop();
 }
 
+/* Frames of meshes are the files of sph_mesh_write_vtk, listed; a series is of one kind. */
+static void meshes(void) {
+  start(2);
+  sph_output *output;
+  sph_mesh *mesh, *strange;
+  sph_context *other;
+  double level[6] = {1, 2, 3, 4, 5, 6};
+  const sph_mesh_field field = {"level", "m", 1, level};
+  SPH_TEST_OK(context, sph_mesh_create_flume(context, 0, 2, 1, 2, 1, NULL, NULL, &mesh));
+  SPH_TEST_OK(context, sph_output_create_vtk(context, directory, "m", &output));
+  SPH_TEST_OK(context, sph_output_write_mesh(output, mesh, 1, &field, 0, NULL, 0.5));
+  level[2] = 7;
+  SPH_TEST_OK(context, sph_output_write_mesh(output, mesh, 1, &field, 0, NULL, 0.75));
+  CU_ASSERT(exists("m_000000.vtu") && exists("m_000001.vtu") && file_count() == 3);
+  char *list = load("m.pvd", NULL);
+  CU_ASSERT_PTR_NOT_NULL(strstr(list, "timestep=\"0.5\" part=\"0\" file=\"m_000000.vtu\""));
+  CU_ASSERT_PTR_NOT_NULL(strstr(list, "timestep=\"0.75\" part=\"0\" file=\"m_000001.vtu\""));
+  free(list);
+  SPH_TEST_OK(context, sph_mesh_write_vtk(mesh, path_of("alone.vtu"), 0.75, 1, &field, 0, NULL));
+  size_t size = 0, alone_size = 1;
+  char *file = load("m_000001.vtu", &size), *alone = load("alone.vtu", &alone_size);
+  CU_ASSERT(size == alone_size && memcmp(file, alone, size) == 0);
+  free(file), free(alone);
+  SPH_TEST_STATUS(context, sph_output_write(output, water, 1), SPH_E_ARGUMENT,
+                  "frames are .vtu files");
+  SPH_TEST_STATUS(context, sph_output_write_mesh(output, mesh, 1, &field, 0, NULL, 0.75),
+                  SPH_E_ARGUMENT, "time must be > 0.75");
+  SPH_TEST_STATUS(context, sph_output_write_mesh(output, NULL, 0, NULL, 0, NULL, 1), SPH_E_ARGUMENT,
+                  "mesh is NULL");
+  CU_ASSERT(sph_output_write_mesh(NULL, mesh, 0, NULL, 0, NULL, 1) == SPH_E_ARGUMENT);
+  SPH_TEST_OK(context, sph_context_create(&other));
+  SPH_TEST_OK(other, sph_mesh_create_flume(other, 0, 2, 1, 2, 1, NULL, NULL, &strange));
+  SPH_TEST_STATUS(context, sph_output_write_mesh(output, strange, 0, NULL, 0, NULL, 1),
+                  SPH_E_ARGUMENT, "another context");
+  mkdir(path_of("m.pvd.tmp"), 0777);
+  SPH_TEST_STATUS(context, sph_output_write_mesh(output, mesh, 0, NULL, 0, NULL, 1), SPH_E_IO,
+                  "/m.pvd.tmp\": cannot be created");
+  CU_ASSERT(!exists("m_000002.vtu") && sph_output_frame_count(output) == 2);
+  rmdir(path_of("m.pvd.tmp"));
+  sph_output_destroy(&output);
+  SPH_TEST_OK(context, sph_output_create_vtk(context, directory, "w", &output));
+  SPH_TEST_OK(context, sph_output_write(output, water, 0));
+  SPH_TEST_STATUS(context, sph_output_write_mesh(output, mesh, 0, NULL, 0, NULL, 1), SPH_E_ARGUMENT,
+                  "frames are .vtp files");
+  sph_output_destroy(&output);
+  sph_mesh_destroy(&mesh);
+  sph_mesh_destroy(&strange);
+  sph_context_destroy(&other);
+  stop();
+}
+
 static void vanished_directory(void) {
   start(2);
   sph_output *output;
@@ -638,6 +689,7 @@ SPH_TEST_MAIN("output", {"a 2D frame reads back, ids and vertices included", fra
               {"only the chosen fields are written, unknown ones refused", chosen_fields},
               {"the list has all frames and times after each frame", series},
               {"points read back, odd names are escaped", points},
+              {"frames of meshes are listed, kinds do not mix", meshes},
               {"points refuse bad arguments", point_refusals},
               {"creation refuses bad names and places", creation_refusals},
               {"an output outlives its context handle", outlives_its_context},

@@ -1,14 +1,15 @@
 /** @file
- * Output: frames of particles or points as VTK files and the series that lists them, for ParaView.
+ * Output: frames of particles, points or meshes as VTK files and the series that lists them, for ParaView.
  */
 #ifndef SPH_OUTPUT_H
 #define SPH_OUTPUT_H
 
+#include <sph/mesh.h>
 #include <sph/types.h>
 
 SPH_BEGIN_DECLS
 
-/** Create a series of VTK XML PolyData files: directory/name_000000.vtp, _000001 ... and
+/** Create a series of VTK XML files: directory/name_000000.vtp (of meshes .vtu), _000001 ... and
  * directory/name.pvd, which lists them with their times.
  *
  * The directory is created unless it exists; its parent must exist. No file is written yet. Files of an
@@ -62,7 +63,8 @@ SPH_API sph_status sph_output_set_single(sph_output *output, bool single);
  * Units      time s, larger than that of the frame before
  * Ownership  borrows all arguments
  * Parallel   not while another call uses the context
- * Errors     SPH_E_ARGUMENT a pointer is NULL, time is not finite or does not increase; SPH_E_NAME the
+ * Errors     SPH_E_ARGUMENT a pointer is NULL, time is not finite or does not increase, the series has frames
+ *            of meshes; SPH_E_NAME the
  *            set lacks a chosen field; SPH_E_IO a file cannot be written: the message has its name
  *            and the system's reason, no part of the frame is left, earlier frames and their list are
  *            intact, and the next call may succeed; SPH_E_MEMORY
@@ -89,6 +91,23 @@ SPH_API SPH_NODISCARD sph_status sph_output_write_points(sph_output *output, int
                                                          const char *const *names,
                                                          const int *components,
                                                          const double *const *values, double time);
+
+/** Write one frame of a mesh as it is now, with fields at its nodes and of its cells: the file is that of
+ * sph_mesh_write_vtk(), Float64 always. Frames of one series are all of meshes, or none is.
+ *
+ * Units      time s, larger than that of the frame before
+ * Ownership  borrows all arguments
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT output or mesh NULL, mesh of another context, the series has frames of
+ *            particles or points, fields as for sph_mesh_write_vtk(), time as for sph_output_write();
+ *            SPH_E_IO as sph_output_write(); SPH_E_MEMORY
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_output_write_mesh(sph_output *output, const sph_mesh *mesh,
+                                                       int node_fields,
+                                                       const sph_mesh_field *at_nodes,
+                                                       int cell_fields,
+                                                       const sph_mesh_field *of_cells, double time);
 
 /** Number of complete frames; 0 if output is NULL.
  *

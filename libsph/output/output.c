@@ -5,13 +5,15 @@
 #include <stdio.h>
 #include <sys/stat.h>
 
+#include "mesh/mesh_impl.h"
 #include "output/output_impl.h"
 
 struct sph_output {
   sph_context *context;
   char *directory, *name;
   bool single;
-  char **chosen; /* names of fields, [chosen_count] */
+  const char *extension; /* of the frames so far; they are all of one kind */
+  char **chosen;         /* names of fields, [chosen_count] */
   int chosen_count;
   int64_t chosen_capacity;
   double *times; /* of the complete frames */
@@ -63,6 +65,7 @@ sph_status sph_output_create_vtk(sph_context *context, const char *directory, co
   output->context = context;
   sphi_context_retain(context);
   output->single = true;
+  output->extension = "vtp";
   output->directory = sphi_copy_text(context, directory);
   output->name = sphi_copy_text(context, name);
   output->path_bytes = strlen(directory) + strlen(name) + 32; /* and '/', number, ".vtp" */
@@ -145,24 +148,53 @@ static sph_status reserve(sph_output *output, int64_t fields, int64_t numbers) {
   return SPH_OK;
 }
 
-/* The frame's file first, then the list that names it: the list never names what is not there. */
-static sph_status write_frame(sph_output *output, const sphi_frame *frame) {
-  sph_context *context = output->context;
+/* The path of the next frame's file. */
+static const char *frame_path(sph_output *output, const char *extension) {
   snprintf(output->path, output->path_bytes, "%s/%s" SPHI_FRAME_SUFFIX, output->directory,
-           output->name, output->frames);
-  SPH_TRY(sphi_vtk_write_frame(context, output->path, frame));
-  output->times[output->frames] = frame->time;
+           output->name, output->frames, extension);
+  return output->path;
+}
+
+static sph_status check_kind(const sph_output *output, const char *extension) {
+  SPH_CHECK(output->context, output->frames == 0 || strcmp(output->extension, extension) == 0,
+            SPH_E_ARGUMENT, "output \"%s\": its frames are .%s files, so that no .%s can follow",
+            output->name, output->extension, extension);
+  return SPH_OK;
+}
+
+/* The list that names the frame which has been written last: it never names what is not there. */
+static sph_status list_frame(sph_output *output, const char *extension, double time) {
+  output->times[output->frames] = time;
   snprintf(output->path, output->path_bytes, "%s/%s.pvd", output->directory, output->name);
-  const sph_status status =
-      sphi_vtk_write_series(context, output->path, output->name, output->frames + 1, output->times);
+  const sph_status status = sphi_vtk_write_series(output->context, output->path, output->name,
+                                                  extension, output->frames + 1, output->times);
   if (status != SPH_OK) {
-    snprintf(output->path, output->path_bytes, "%s/%s" SPHI_FRAME_SUFFIX, output->directory,
-             output->name, output->frames);
-    remove(output->path);
+    remove(frame_path(output, extension));
     return status;
   }
+  output->extension = extension;
   output->frames++;
   return SPH_OK;
+}
+
+static sph_status write_frame(sph_output *output, const sphi_frame *frame) {
+  SPH_TRY(check_kind(output, "vtp"));
+  SPH_TRY(sphi_vtk_write_frame(output->context, frame_path(output, "vtp"), frame));
+  return list_frame(output, "vtp", frame->time);
+}
+
+sph_status sph_output_write_mesh(sph_output *output, const sph_mesh *mesh, int node_fields,
+                                 const sph_mesh_field *at_nodes, int cell_fields,
+                                 const sph_mesh_field *of_cells, double time) {
+  if (!output) return SPH_E_ARGUMENT;
+  SPH_CHECK(output->context, mesh && mesh->context == output->context, SPH_E_ARGUMENT,
+            "output \"%s\": mesh is %s", output->name, mesh ? "of another context" : "NULL");
+  SPH_TRY(check_time(output, time));
+  SPH_TRY(check_kind(output, "vtu"));
+  SPH_TRY(reserve(output, 0, 0));
+  SPH_TRY(sph_mesh_write_vtk(mesh, frame_path(output, "vtu"), time, node_fields, at_nodes,
+                             cell_fields, of_cells));
+  return list_frame(output, "vtu", time);
 }
 
 static sph_status describe(const sph_particles *particles, const char *name,

@@ -30,9 +30,9 @@ typedef struct sphi_frame {
 /* Writes a complete file at `path` or leaves what was there. */
 sph_status sphi_vtk_write_frame(sph_context *context, const char *path, const sphi_frame *frame);
 sph_status sphi_vtk_write_series(sph_context *context, const char *path, const char *name,
-                                 int64_t frames, const double *times);
+                                 const char *extension, int64_t frames, const double *times);
 
-/* Format of the number in a frame's file name. */
-#define SPHI_FRAME_SUFFIX "_%06" PRId64 ".vtp"
+/* Format of a frame's file name after that of the series: its number and extension. */
+#define SPHI_FRAME_SUFFIX "_%06" PRId64 ".%s"
 
 #endif

@@ -172,7 +172,7 @@ sph_status sphi_vtk_write_frame(sph_context *context, const char *path, const sp
 }
 
 sph_status sphi_vtk_write_series(sph_context *context, const char *path, const char *name,
-                                 int64_t frames, const double *times) {
+                                 const char *extension, int64_t frames, const double *times) {
   sphi_file *file;
   SPH_TRY(sphi_file_open(context, path, &file));
   sphi_file_printf(file,
@@ -182,7 +182,7 @@ sph_status sphi_vtk_write_series(sph_context *context, const char *path, const c
   for (int64_t k = 0; k < frames; k++) {
     sphi_file_printf(file, "    <DataSet timestep=\"%.17g\" part=\"0\" file=\"", times[k]);
     sphi_file_xml(file, name);
-    sphi_file_printf(file, SPHI_FRAME_SUFFIX "\"/>\n", k);
+    sphi_file_printf(file, SPHI_FRAME_SUFFIX "\"/>\n", k, extension);
   }
   sphi_file_printf(file, "  </Collection>\n</VTKFile>\n");
   return sphi_file_commit(&file);
