@@ -190,6 +190,10 @@ most_displacement() {
   [ ! -e "$study_csv" ] || awk -F, -v lo="$1" '/^[0-9]/ && $2 + 0 >= lo && $9 != "nan" { n++; if ($9 + 0 > most) most = $9 + 0 }
     END { if (n) print most + 0 }' "$study_csv"
 }
+seconds_of_study() {
+  awk -F, '/^[0-9]/ { print $14 }' "$study_csv" 2>/dev/null | sort -n | awk '{ s[NR] = $1; all += $1 }
+    END { if (NR) printf "One takes %.0f s of one thread (median of them, the machine shared with other work), all of them %.2g hours of one thread.\n", s[int((NR + 1) / 2)], all / 3600 }'
+}
 rows_of_study() { [ ! -e "$study_csv" ] || grep -c "^[0-9].*,$1," "$study_csv" || true; }
 {
   cat <<TEXT
@@ -408,6 +412,7 @@ TEXT
 ## Collective effects
 
 Of the parameter study (\`examples/seawall_study\`): $(rows_of_study SPH_OK) of 300 runs are done, $(awk -F, '/^[0-9]/ && $15 != "SPH_OK"' "$study_csv" 2>/dev/null | wc -l | tr -d ' ') failed.
+$(seconds_of_study)
 k* = k/(rho g h²), m* = m/(rho h²).
 
 | quantity | Liang et al. (2017) | here |
