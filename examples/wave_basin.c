@@ -61,7 +61,7 @@ static void parse(int argc, char **argv, setup *s) {
                .summary = "",
                .divisions = 3,
                .pic = -1,
-               .theta = 0.1};
+               .theta = 0.05};
   s->scheme.method = "flip";
   s->scheme.kernel = "wendland-c2";
   s->scheme.h_ratio = 2;

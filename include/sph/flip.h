@@ -46,7 +46,7 @@ typedef struct sph_flip_stats {
  * between.
  *
  * Until set otherwise: g = (0, -9.81), alpha = 2 dt sqrt(|g|/l) with l = sqrt(2 A_K) of the smallest cell,
- * densities 1 and 1000, no viscosity, correction of volumes 0.1, velocities weighed with masses, smoothing at the interface with lumped
+ * densities 1 and 1000, no viscosity, correction of volumes 0.05, velocities weighed with masses, smoothing at the interface with lumped
  * masses, the tag "top" open if the mesh has it, all else walls with free slip, cells
  * kept at 4 to 50 particles. The particles get a field "cell"; their pressure is that of the last step.
  * The integrator moves the mesh.
@@ -134,7 +134,7 @@ SPH_API SPH_NODISCARD sph_status sph_flip_set_no_slip(sph_integrator *integrator
 SPH_API SPH_NODISCARD sph_status sph_flip_set_pic_share(sph_integrator *integrator, double alpha);
 
 /** Share of a surplus or lack of particles' volume around a node that goes in a time sqrt(l/|g|), by a
- * divergence that (3) of sph_flip_create asks for; 0.1 until called, 0: none, as printed.
+ * divergence that (3) of sph_flip_create asks for; 0.05 until called, 0: none, as printed.
  *
  * Units      dimensionless, 0 to 1
  * Parallel   not while another call uses the context
@@ -156,8 +156,8 @@ SPH_API SPH_NODISCARD sph_status sph_flip_set_volume_correction(sph_integrator *
 SPH_API SPH_NODISCARD sph_status sph_flip_set_smoothing(sph_integrator *integrator,
                                                         sph_flip_smoothing where, bool lumped);
 
-/** Weigh velocities with masses in (1) of sph_flip_create, which keeps the momentum of cells with both
- * fluids; true until called, false as printed.
+/** Weigh velocities with masses in (1) of sph_flip_create, and those of nodes, which keeps the momentum of
+ * cells with both fluids; true until called, false as printed.
  *
  * Parallel   not while another call uses the context
  * Errors     SPH_E_ARGUMENT integrator NULL; SPH_E_TYPE another method
@@ -165,6 +165,17 @@ SPH_API SPH_NODISCARD sph_status sph_flip_set_smoothing(sph_integrator *integrat
  */
 SPH_API SPH_NODISCARD sph_status sph_flip_set_mass_weighted(sph_integrator *integrator,
                                                             bool weighted);
+
+/** Let densities near the interface follow the level continuously: particles that are near a side count on both
+ * sides, and the two cells of a square have one density, (11) and (12) of docs/theory/flip.md; true until
+ * called, false as printed: means over the particles that are inside.
+ *
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator NULL; SPH_E_TYPE another method
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_flip_set_spread_density(sph_integrator *integrator,
+                                                             bool spread);
 
 /** Choose the part of the boundary that is open, with p = 0, by its tag's name; NULL: none. Then the
  * pressure is known up to a constant, and the one with zero mean is taken.

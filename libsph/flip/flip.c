@@ -19,7 +19,7 @@ sph_status sphi_flip_check(const sph_integrator *flow) {
 static const double FALL = 0.12;
 
 /* PIC's share of the velocity in the time sqrt(l / |g|), docs/flip.md, and in a step without gravity. */
-static const double DAMPING = 2, SHARE = 0.02;
+static const double DAMPING = 1, SHARE = 0.02;
 
 static void destroy(sph_integrator *flow) {
   flip *s = flip_of(flow);
@@ -49,8 +49,10 @@ static void destroy(sph_integrator *flow) {
                           s->mass,
                           s->velocity[0],
                           s->velocity[1],
-                          s->change[0],
-                          s->change[1],
+                          s->before[0],
+                          s->before[1],
+                          s->after[0],
+                          s->after[1],
                           s->held,
                           s->near,
                           s->normal_velocity[0],
@@ -66,6 +68,9 @@ static void destroy(sph_integrator *flow) {
                           s->now_rho,
                           s->now_count,
                           s->volume,
+                          s->spread,
+                          s->weight,
+                          s->partner,
                           s->source};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) sphi_free(context, arrays[k]);
   sph_solver_destroy(&s->solver);
@@ -79,12 +84,13 @@ static sph_status make_arrays(sph_integrator *flow) {
   flip *s = flip_of(flow);
   sph_context *context = flow->context;
   const int64_t nodes = s->mesh->nodes, cells = s->mesh->cells, boundary = s->mesh->boundary;
-  double **const of_cells[] = {&s->now_rho, &s->now_count, &s->volume,  &s->rho,     &s->u[0],
-                               &s->u[1],    &s->star[0],   &s->star[1], &s->next[0], &s->next[1]};
-  double **const at_nodes[] = {&s->stress[0], &s->stress[1], &s->stress[2],   &s->pressure,
-                               &s->source,    &s->right,     &s->push[0],     &s->push[1],
-                               &s->mass,      &s->change[0], &s->velocity[0], &s->velocity[1],
-                               &s->change[1]};
+  double **const of_cells[] = {&s->now_rho, &s->now_count, &s->spread, &s->weight,
+                               &s->rho,     &s->u[0],      &s->u[1],   &s->star[0],
+                               &s->star[1], &s->next[0],   &s->next[1]};
+  double **const at_nodes[] = {&s->stress[0], &s->stress[1],   &s->stress[2],  &s->pressure,
+                               &s->source,    &s->right,       &s->push[0],    &s->push[1],
+                               &s->mass,      &s->before[0],   &s->before[1],  &s->after[0],
+                               &s->after[1],  &s->velocity[0], &s->velocity[1]};
   uint8_t **const flags[] = {&s->mixed, &s->smooth, &s->filled, &s->held, &s->near};
   bool ok = true;
   for (size_t k = 0; k < sizeof of_cells / sizeof of_cells[0]; k++)
@@ -97,9 +103,12 @@ static sph_status make_arrays(sph_integrator *flow) {
     ok = ok && (s->normal_velocity[k] = SPHI_NEW(context, boundary, double));
     ok = ok && (s->hold[k] = SPHI_NEW(context, boundary, flip_hold));
   }
+  ok = ok && (s->volume = SPHI_NEW(context, 3 * cells, double));
+  ok = ok && (s->partner = SPHI_NEW(context, cells, int32_t));
   ok = ok && (s->start = SPHI_NEW(context, cells + 1, int64_t));
   ok = ok && (s->record = SPHI_NEW(context, cells, flip_record));
   SPH_CHECK(context, ok, SPH_E_MEMORY, "flip: no memory for %" PRId64 " cells", cells);
+  sphi_flip_pair_cells(s);
   return sphi_flip_make_matrix(flow);
 }
 
@@ -126,8 +135,8 @@ static sph_status set_up(sph_integrator *flow, sph_mesh *mesh) {
   s->density[0] = 1;
   s->density[1] = 1000;
   s->alpha = -1;
-  s->theta = 0.1;
-  s->mass_weighted = true;
+  s->theta = 0.05;
+  s->mass_weighted = s->spreads = true;
   s->smoothing = SPH_FLIP_SMOOTHING_INTERFACE;
   s->lumped = true;
   s->fewest = 4;
@@ -237,6 +246,12 @@ sph_status sph_flip_set_smoothing(sph_integrator *integrator, sph_flip_smoothing
 sph_status sph_flip_set_mass_weighted(sph_integrator *integrator, bool weighted) {
   SPH_TRY(sphi_flip_check(integrator));
   flip_of(integrator)->mass_weighted = weighted;
+  return SPH_OK;
+}
+
+sph_status sph_flip_set_spread_density(sph_integrator *integrator, bool spread) {
+  SPH_TRY(sphi_flip_check(integrator));
+  flip_of(integrator)->spreads = spread;
   return SPH_OK;
 }
 

@@ -89,21 +89,26 @@ static void mean_of_cell(const sph_integrator *flow, int32_t c) {
   const flip *s = flip_of(flow);
   const double *rho = flip_field(flow, SPHI_RHO)[0], *m = flip_field(flow, SPHI_M)[0];
   const double *volume = flip_field(flow, SPHI_VOL)[0];
-  double **v = flip_field(flow, SPHI_V);
-  double density = 0, u[2] = {0}, mass = 0, filled = 0, lo = HUGE_VAL, hi = 0;
+  double **v = flip_field(flow, SPHI_V), **x = flip_field(flow, SPHI_X);
+  double density = 0, u[2] = {0}, mass = 0, filled = 0, middle[2] = {0}, share[3] = {0},
+         lo = HUGE_VAL, hi = 0;
   for (int64_t k = s->start[c]; k < s->start[c + 1]; k++) {
     const int32_t i = s->order[k];
     const double weight = s->mass_weighted ? m[i] : 1;
     density += rho[i];
     filled += volume[i];
     mass += weight;
-    u[0] += weight * v[0][i];
-    u[1] += weight * v[1][i];
+    for (int d = 0; d < 2; d++) {
+      u[d] += weight * v[d][i];
+      middle[d] += volume[i] * x[d][i];
+    }
     lo = rho[i] < lo ? rho[i] : lo;
     hi = rho[i] > hi ? rho[i] : hi;
   }
   const int64_t count = s->start[c + 1] - s->start[c];
-  s->volume[c] = filled;
+  for (int d = 0; d < 2 && filled > 0; d++) middle[d] /= filled;
+  if (filled > 0) sphi_mesh_coordinates(s->mesh, c, middle, share); /* hats are linear */
+  for (int k = 0; k < 3; k++) s->volume[3 * (int64_t)c + k] = filled * share[k];
   s->filled[c] = count > 0;
   s->mixed[c] = hi - lo > 1e-3 * (s->density[1] - s->density[0]);
   if (count == 0) return;
@@ -168,12 +173,13 @@ void sphi_flip_gather(sph_integrator *flow) {
   stats->fewest = flow->particles->n;
   for (int32_t c = 0; c < mesh->cells; c++) {
     const int64_t count = s->start[c + 1] - s->start[c];
-    stats->mixed_cells += s->mixed[c];
     stats->empty_cells += count == 0;
     if (count < stats->fewest) stats->fewest = count;
     if (count > stats->most) stats->most = count;
   }
   if (stats->empty_cells > 0) fill_empty(s);
+  if (s->spreads) sphi_flip_spread_density(flow);
+  for (int32_t c = 0; c < mesh->cells; c++) stats->mixed_cells += s->mixed[c];
   if (stats->mixed_cells > 0)
     mark_interface(s);
   else

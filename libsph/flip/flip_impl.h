@@ -8,10 +8,10 @@
 #include "mesh/mesh_impl.h"
 
 /* What loops over particles need of a cell: a corner, the gradients of the hats of the other two, the
- * velocity at the corners and in the middle, and its change in the step. */
+ * velocity at the corners and in the middle, and what is added to (1 - alpha) times that of particles. */
 typedef struct flip_record {
   double x[2], g1[2], g2[2];
-  double u[4][2], du[4][2];
+  double u[4][2], kick[4][2];
 } flip_record;
 
 /* What particles need to be carried along; the cell they are in stays as it is. */
@@ -39,7 +39,7 @@ typedef struct flip {
   double theta;        /* of the volume's correction */
   double alpha, share; /* of PIC: the caller's, < 0: none; that of the step */
   sph_flip_smoothing smoothing;
-  bool lumped, mass_weighted, no_slip;
+  bool lumped, mass_weighted, no_slip, spreads;
   int fewest, most;
   int open; /* tag, 0: none */
   sph_flip_stats stats;
@@ -58,7 +58,9 @@ typedef struct flip {
 
   /* Of the cells. */
   double *rho, *u[2];        /* [cells] means */
-  double *volume;            /* [cells] of particles */
+  double *spread, *weight;   /* [cells] scratch; in r */
+  double *volume;            /* [cells, 3] of particles, shared out to the corners by their hats */
+  int32_t *partner;          /* [cells] the other half of a square, or the cell itself */
   double *star[2], *next[2]; /* [cells] velocity before and after pressure acts */
   uint8_t *mixed, *smooth, *filled;
   flip_record *record;
@@ -68,8 +70,9 @@ typedef struct flip {
   double *pressure, *right, *push[2]; /* grad p / rho */
   double *source;                     /* wanted: integral of N_a div u */
   double *mass;                       /* lumped: a third of the areas around */
-  double *velocity[2], *change[2];    /* U^(n+1), U^(n+1) - U^n */
-  uint8_t *held, *near;               /* p = 0 there; scratch */
+  double *velocity[2], *before[2],
+      *after[2];        /* nodes of U^(n+1); by mass at both ends of the step */
+  uint8_t *held, *near; /* p = 0 there; scratch */
 
   /* Of the boundary: outward normal velocity of edges at the step's start and end. */
   double *normal_velocity[2];
@@ -126,6 +129,10 @@ sph_status sphi_flip_locate(sph_integrator *flow, bool moved);
 sph_status sphi_flip_sort(sph_integrator *flow);
 /* (1): means, cells without particles, cells with both fluids and around them. */
 void sphi_flip_gather(sph_integrator *flow);
+
+/* flip_density.c: which cells share densities; (11) and (12), over the means. */
+void sphi_flip_pair_cells(flip *s);
+void sphi_flip_spread_density(sph_integrator *flow);
 
 /* flip_seed.c: particles into cells that have few, out of those that have many. */
 sph_status sphi_flip_reseed(sph_integrator *flow);

@@ -11,20 +11,23 @@
 
 enum { PARALLEL_FROM = 2048, BLOCK = 256 };
 
-/* Means at nodes by area, then what walls prescribe. */
-static void node_velocities(const sph_integrator *flow, double *const *u, const flip_hold *hold,
-                            double *const *out) {
+/* Means at nodes by area, with which surfaces go along, or by mass, with which particles get the momentum that
+ * cells have; then what walls prescribe. */
+static void node_velocities(const sph_integrator *flow, double *const *u, bool by_mass,
+                            const flip_hold *hold, double *const *out) {
   const flip *s = flip_of(flow);
   const sph_mesh *mesh = s->mesh;
 #pragma omp parallel for num_threads(flow->context->threads) \
     schedule(static) if (mesh->nodes > PARALLEL_FROM)
   for (int32_t a = 0; a < mesh->nodes; a++) {
-    double sum[2] = {0};
+    double sum[2] = {0}, all = 0;
     for (int64_t t = mesh->touch_start[a]; t < mesh->touch_start[a + 1]; t++) {
       const int32_t c = mesh->touch[t] / 3;
-      for (int d = 0; d < 2; d++) sum[d] += mesh->area[c] * u[d][c];
+      const double weight = by_mass ? mesh->area[c] * s->rho[c] : mesh->area[c];
+      all += weight;
+      for (int d = 0; d < 2; d++) sum[d] += weight * u[d][c];
     }
-    for (int d = 0; d < 2; d++) out[d][a] = sum[d] / (3 * s->mass[a]);
+    for (int d = 0; d < 2; d++) out[d][a] = sum[d] / all;
   }
   for (int32_t k = 0; k < s->holds; k++) {
     const flip_hold *w = &hold[k];
@@ -46,8 +49,9 @@ static void node_velocities(const sph_integrator *flow, double *const *u, const 
 void sphi_flip_reconstruct(sph_integrator *flow) {
   flip *s = flip_of(flow);
   const sph_mesh *mesh = s->mesh;
-  node_velocities(flow, s->u, s->hold[0], s->change);
-  node_velocities(flow, s->next, s->hold[1], s->velocity);
+  node_velocities(flow, s->next, false, s->hold[1], s->velocity);
+  node_velocities(flow, s->u, s->mass_weighted, s->hold[0], s->before);
+  node_velocities(flow, s->next, s->mass_weighted, s->hold[1], s->after);
   double rate2 = 0, speed2 = 0;
 #pragma omp parallel for num_threads(flow->context->threads) schedule(static) \
     reduction(max                                                             \
@@ -62,10 +66,10 @@ void sphi_flip_reconstruct(sph_integrator *flow) {
       r->g2[d] = g[4 + d];
       for (int k = 0; k < 3; k++) {
         r->u[k][d] = s->velocity[d][corner[k]];
-        r->du[k][d] = r->u[k][d] - s->change[d][corner[k]];
+        r->kick[k][d] = s->after[d][corner[k]] - (1 - s->share) * s->before[d][corner[k]];
       }
       r->u[3][d] = s->next[d][c];
-      r->du[3][d] = s->next[d][c] - s->u[d][c];
+      r->kick[3][d] = s->next[d][c] - (1 - s->share) * s->u[d][c];
     }
     double most2 = 0;
     for (int k = 0; k < 4; k++) {
@@ -126,14 +130,14 @@ static inline fate advance(const sph_integrator *flow, int32_t i, double dt) {
   const flip *s = flip_of(flow);
   double **field_x = flip_field(flow, SPHI_X), **field_v = flip_field(flow, SPHI_V);
   double *cell = flip_field(flow, s->field)[0];
-  double x[2] = {field_x[0][i], field_x[1][i]}, share[3], u[2], du[2], k2[2], k3[2], at[2];
+  double x[2] = {field_x[0][i], field_x[1][i]}, share[3], u[2], kick[2], k2[2], k3[2], at[2];
   int32_t c = s->cell[i], edge = -1;
   if (!within(&s->record[c], x, share)) c = elsewhere(s, x, c, share, &edge);
   const flip_record *r = &s->record[c];
   flip_mix(r->u[0], share[0], share[1], share[2], u);
-  flip_mix(r->du[0], share[0], share[1], share[2], du);
+  flip_mix(r->kick[0], share[0], share[1], share[2], kick);
   for (int d = 0; d < 2; d++) {
-    field_v[d][i] = (1 - s->share) * (field_v[d][i] + du[d]) + s->share * u[d];
+    field_v[d][i] = (1 - s->share) * field_v[d][i] + kick[d];
     at[d] = x[d] + 0.5 * dt * u[d];
   }
   velocity_near(s, c, at, k2);

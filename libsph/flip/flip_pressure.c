@@ -189,8 +189,8 @@ static void make_source(const sph_integrator *flow) {
   for (int32_t a = 0; a < mesh->nodes; a++) {
     double volume = 0;
     for (int64_t t = mesh->touch_start[a]; t < mesh->touch_start[a + 1]; t++)
-      volume += s->volume[mesh->touch[t] / 3];
-    const double surplus = volume / (3 * s->mass[a]) - 1;
+      volume += s->volume[mesh->touch[t]];
+    const double surplus = volume / s->mass[a] - 1;
     s->source[a] = s->mass[a] * rate * (surplus > MOST_SURPLUS ? MOST_SURPLUS : surplus);
   }
 }

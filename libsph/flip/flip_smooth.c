@@ -3,21 +3,42 @@
 
 enum { PARALLEL_FROM = 2048 };
 
-/* grad p / rho at nodes: the right-hand side int (1/rho) grad p N_a, over the lumped mass. What acted is
- * (u* - u^(n+1))/dt. */
+/* Weights of cells in r are their areas times this power of their density. With areas alone waves are 2 % too fast,
+ * since cells with little water accelerate too much; with masses they stick to rows of the mesh. */
+static const double DENSER = 0.3;
+
+/* Weights of cells in means at nodes. */
+static void weigh_cells(const sph_integrator *flow) {
+  const flip *s = flip_of(flow);
+  const sph_mesh *mesh = s->mesh;
+  const bool denser = s->spreads && s->lumped;
+  const double light = pow(s->density[0] / s->density[1], DENSER);
+#pragma omp parallel for num_threads(flow->context->threads) \
+    schedule(static) if (mesh->cells > PARALLEL_FROM)
+  for (int32_t c = 0; c < mesh->cells; c++) {
+    double factor = 1;
+    if (denser && s->rho[c] == s->density[0])
+      factor = light;
+    else if (denser && s->rho[c] != s->density[1])
+      factor = pow(s->rho[c] / s->density[1], DENSER);
+    s->weight[c] = mesh->area[c] * factor;
+  }
+}
+
+/* grad p / rho at nodes: means of what acted, (u* - u^(n+1))/dt. */
 static void lump(const sph_integrator *flow, double dt) {
   const flip *s = flip_of(flow);
   const sph_mesh *mesh = s->mesh;
 #pragma omp parallel for num_threads(flow->context->threads) \
     schedule(static) if (mesh->nodes > PARALLEL_FROM)
   for (int32_t a = 0; a < mesh->nodes; a++) {
-    double sum[2] = {0};
+    double sum[2] = {0}, all = 0;
     for (int64_t t = mesh->touch_start[a]; t < mesh->touch_start[a + 1]; t++) {
       const int32_t c = mesh->touch[t] / 3;
-      for (int d = 0; d < 2; d++)
-        sum[d] += mesh->area[c] / 3 * ((s->star[d][c] - s->next[d][c]) / dt);
+      all += s->weight[c];
+      for (int d = 0; d < 2; d++) sum[d] += s->weight[c] * ((s->star[d][c] - s->next[d][c]) / dt);
     }
-    for (int d = 0; d < 2; d++) s->push[d][a] = sum[d] / s->mass[a];
+    for (int d = 0; d < 2; d++) s->push[d][a] = sum[d] / all;
   }
 }
 
@@ -57,6 +78,7 @@ sph_status sphi_flip_push(sph_integrator *flow, double dt) {
   const sph_mesh *mesh = s->mesh;
   const bool everywhere = s->smoothing == SPH_FLIP_SMOOTHING_GLOBAL;
   if (!everywhere && s->stats.mixed_cells == 0) return SPH_OK;
+  weigh_cells(flow);
   lump(flow, dt);
   if (!s->lumped) SPH_TRY(solve_mass(flow));
 #pragma omp parallel for num_threads(flow->context->threads) \

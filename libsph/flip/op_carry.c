@@ -37,7 +37,7 @@ SPHI_INLINE void mix(const double (*value)[2], const some *share, some *out) {
 SPHI_INLINE void carry(const flip_carry *a, const flip_record *r, int32_t c, int64_t k,
                        int64_t count) {
   const int32_t *corner = a->corner + 3 * (int64_t)c;
-  some x[2], v[2], share[3], u[2], du[2], k2[2], k3[2], at[2];
+  some x[2], v[2], share[3], u[2], kick[2], k2[2], k3[2], at[2];
   double from[4][SOME];
   for (int l = 0; l < SOME; l++) {
     const int32_t i = a->order[k + (l < count ? l : count - 1)];
@@ -50,9 +50,9 @@ SPHI_INLINE void carry(const flip_carry *a, const flip_record *r, int32_t c, int
   memcpy(v, from + 2, sizeof v);
   mask stays = share_of(r, x, share);
   mix(r->u, share, u);
-  mix(r->du, share, du);
+  mix(r->kick, share, kick);
   for (int d = 0; d < 2; d++) {
-    v[d] = (1 - a->pic) * (v[d] + du[d]) + a->pic * u[d];
+    v[d] = (1 - a->pic) * v[d] + kick[d];
     at[d] = x[d] + 0.5 * a->dt * u[d];
   }
   stays &= share_of(r, at, share);

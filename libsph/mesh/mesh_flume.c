@@ -26,8 +26,9 @@ static void make_cells(const flume *f, double *x, int32_t *corner) {
       int32_t *at = corner + 6 * ((int64_t)i * f->rows + j);
       const int32_t low = node_of(f, i, j), right = node_of(f, i + 1, j);
       const int32_t up = node_of(f, i, j + 1), far = node_of(f, i + 1, j + 1);
-      const int32_t cells[6] = {low, right, far, low, far, up};
-      memcpy(at, cells, sizeof cells);
+      const int32_t rising[6] = {low, right, far, low, far, up};
+      const int32_t falling[6] = {low, right, up, right, far, up};
+      memcpy(at, (i + j) % 2 ? falling : rising, sizeof rising);
     }
 }
 
