@@ -42,13 +42,13 @@ typedef struct sph_flip_stats {
  *     dx_p/dt = U^(n+1)(x_p), Ralston's third-order Runge-Kutta                                        (6)
  *
  * h is the outward normal velocity of walls, p = 0 on the open boundary. U is continuous: the nodes' means
- * of u_K, with the walls' normal velocities, and u_K in the middle of cells, linear on the three triangles
- * between.
+ * of u_K, by area in (6) and by mass in (5), with the walls' normal velocities, and u_K in the middle of
+ * cells, linear on the three triangles between.
  *
- * Until set otherwise: g = (0, -9.81), alpha = 2 dt sqrt(|g|/l) with l = sqrt(2 A_K) of the smallest cell,
- * densities 1 and 1000, no viscosity, correction of volumes 0.05, velocities weighed with masses, smoothing at the interface with lumped
- * masses, the tag "top" open if the mesh has it, all else walls with free slip, cells
- * kept at 4 to 50 particles. The particles get a field "cell"; their pressure is that of the last step.
+ * Until set otherwise: g = (0, -9.81), alpha = dt sqrt(|g|/l) with l = sqrt(2 A_K) of the smallest cell,
+ * densities 1 and 1000, no viscosity, correction of volumes 0.05, velocities weighed with masses, densities
+ * that follow the level, smoothing at the interface with lumped masses, the tag "top" open if the mesh has
+ * it, all else walls with free slip, cells kept at 4 to 50 particles. The particles get a field "cell"; their pressure is that of the last step.
  * The integrator moves the mesh.
  *
  * Ownership  references to all are kept; the caller destroys *out
@@ -56,7 +56,8 @@ typedef struct sph_flip_stats {
  * Errors     SPH_E_ARGUMENT a NULL, particles not 2D, no particles, handles of another context, a field
  *            "cell" of other than one component; SPH_E_MEMORY
  * Source     Maljaars et al. (2017), eqs. (1)-(17), with the corrections of docs/theory/flip.md; differs:
- *            lumped smoothing at the interface alone, masses as weights, correction of volumes
+ *            lumped smoothing at the interface alone, masses as weights, densities that follow the
+ *            level, correction of volumes
  * Since      0.1
  */
 SPH_API SPH_NODISCARD sph_status sph_flip_create(sph_context *context, sph_mesh *mesh,
@@ -123,7 +124,7 @@ SPH_API SPH_NODISCARD sph_status sph_flip_set_viscosities(sph_integrator *integr
 SPH_API SPH_NODISCARD sph_status sph_flip_set_no_slip(sph_integrator *integrator, bool no_slip);
 
 /** Share of the mesh's velocity in a particle's new one, (5) of sph_flip_create. It damps like a viscosity of
- * about 0.15 alpha l^2/dt. Until called, and with a number < 0, it is 2 dt sqrt(|g|/l), so that this does not
+ * about 0.15 alpha l^2/dt. Until called, and with a number < 0, it is dt sqrt(|g|/l), so that this does not
  * depend on the step; 0.02 without gravity.
  *
  * Units      dimensionless, 0 (FLIP) to 1 (PIC)

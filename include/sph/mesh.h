@@ -50,7 +50,7 @@ SPH_API SPH_NODISCARD sph_status sph_mesh_create(sph_context *context, int64_t n
                                                  sph_mesh **out);
 
 /** Create the mesh of a flume: columns of equal width, each cut into rows of equal height between bed and
- * top, each of them into two triangles.
+ * top, each of them into two triangles, by diagonals that rise and fall by turns.
  *
  *     x = from + i (to - from)/columns,  y = bed(x) + j (top - bed(x))/rows                           (1)
  *

@@ -27,7 +27,7 @@ do for [h in '0.2 0.35'] {
 unset multiplot
 
 set output images.'/methods_bar.png'
-set terminal pngcairo size 1100,720 font ',9'
+set terminal pngcairo size 1500,470 font ',9'
 set datafile separator whitespace
 set multiplot layout 3,3
 unset key
@@ -38,12 +38,14 @@ set size ratio -1
 set palette defined (0 '#1f4e79', 1 '#66b2ff', 2 '#ffffff')
 set cbrange [0:3]
 set style fill solid
+set ytics 0.4
+set xtics 1
 bed(x) = x < 6 ? 0 : x < 7.5 ? (x - 6) / 6 : x < 9.5 ? 0.25 : x < 11 ? 0.25 - (x - 9.5) / 6 : 0
 do for [n = 9:11] {
   do for [m in methods] {
     set title sprintf('%s, %.1f s', title_of(m), 0.5 * n)
-    plot [6.5:10.5] [0:0.95] sprintf('%s/bar_%s/picture_%03d.txt', out, m, n) using 1:2:3 \
-      with points pt 7 ps 0.15 palette, bed(x) with filledcurves y1=0 lc rgb '#777777'
+    plot [6.5:12.5] [0:0.95] sprintf('%s/bar_%s/picture_%03d.txt', out, m, n) using 1:2:3 \
+      with points pt 7 ps (m eq 'flip' ? 0.15 : 0.25) palette, bed(x) with filledcurves y1=0 lc rgb '#777777'
   }
 }
 unset multiplot
