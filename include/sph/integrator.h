@@ -186,6 +186,41 @@ SPH_API SPH_NODISCARD sph_status sph_integrator_get_stats(const sph_integrator *
  */
 SPH_API sph_particles *sph_integrator_particles(const sph_integrator *integrator);
 
+/** Write all that a run needs to go on, whatever its method: particles with all their fields, time, steps and what
+ * steers them, walls and bodies where they are, and the method's own state.
+ *
+ * A run that reads the file goes on with the same bits as the one that wrote it, on the same kind of processor with
+ * the same precision, for any number of threads. As lists are made at times that depend on what was before, both make
+ * them anew at their next step: writing changes the last digits of the run that writes. What is pending is done first,
+ * as by sph_integrator_step: a flow that has not stepped, or whose particles the caller has changed, is prepared.
+ * A file that fails is removed, and what was under the name before stays.
+ *
+ * Format     docs/checkpoint.md
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator or path NULL, path empty; SPH_E_IO; SPH_E_DIVERGED a number is not finite;
+ *            errors of sph_integrator_step before it steps; SPH_E_MEMORY
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_integrator_write_checkpoint(sph_integrator *integrator,
+                                                                 const char *path);
+
+/** Take a run over from a file, on handles that were made with the settings of those that wrote it: method, kernel,
+ * spacing, names of fields, walls with their motions and bodies, periodic box, mesh. Number and order of particles come
+ * from the file; the flow may have stepped before, so that it goes back or on.
+ *
+ * Settings of the method, steppers and time steps are not in the file: those of the flow hold. Not taken over are
+ * series of probes, which go on from the new time, outputs, leases, and what a caller's own functions remember.
+ * Everything is checked before anything changes: after an error the flow is as it was.
+ *
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator or path NULL, path empty, leases are open, or the file is of another flow: the
+ *            message names section and value; SPH_E_IO the file cannot be read, is damaged, of another version or
+ *            byte order; SPH_E_MEMORY
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_integrator_read_checkpoint(sph_integrator *integrator,
+                                                                const char *path);
+
 SPH_END_DECLS
 
 #endif

@@ -282,3 +282,9 @@ sph_status sph_body_advance(sph_body *body, double force, double dt) {
                     "body: a force of %g N for %g s takes it from %g to %g m", force, dt, before.x,
                     x);
 }
+
+sph_status sphi_body_keep(sph_body *body, const char *name, sphi_keep *keep) {
+  double *const state[] = {&body->x,     &body->v,     &body->a,
+                           &body->force, &body->added, &body->carried};
+  return sphi_keep_reals(keep, name, sizeof state / sizeof state[0], state);
+}

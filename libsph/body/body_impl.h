@@ -4,7 +4,7 @@
 
 #include <sph/body.h>
 
-#include "core/internal.h"
+#include "core/keep.h"
 
 /* For the wall that it moves: one alone. */
 sph_status sphi_body_take(sph_body *body, const sph_context *context, const char *wall);
@@ -13,5 +13,8 @@ sph_status sphi_body_take(sph_body *body, const sph_context *context, const char
  * from it at once, and a body lighter than that would be thrown about by a force of the step before; with
  * (m + added) a = F + added a_before it follows, and for short steps m a = F is what is left. */
 void sphi_body_add_mass(sph_body *body, double mass);
+
+/* What a checkpoint keeps of it, in the section `name`. */
+sph_status sphi_body_keep(sph_body *body, const char *name, sphi_keep *keep);
 
 #endif

@@ -537,6 +537,15 @@ static int64_t gate_records(const sph_boundary *boundary, int64_t ghost) {
   return gates ? (gates * (dim + 1) + SPHI_GHOST(dim)) / SPHI_GHOST(dim) : 0;
 }
 
+void sphi_boundary_make_wet(sph_boundary *boundary, int32_t k, int32_t ghost) {
+  sphi_wet_ghost *wet = &boundary->wet[k];
+  double mirror[SPHI_MAX_DIM];
+  *wet = new_wet(boundary, ghost);
+  orient(boundary, wet, mirror);
+  memcpy(wet->v, boundary->state[wet->wall].velocity, sizeof wet->v);
+  boundary->place[ghost] = k;
+}
+
 /* What of the wet ghosts and their records does not change; the rest is as of dry ones. */
 static sph_status fill_wet(sph_boundary *boundary, const sphi_variant *variant) {
   sph_context *context = boundary->context;
@@ -558,16 +567,10 @@ static sph_status fill_wet(sph_boundary *boundary, const sphi_variant *variant) 
   memset(boundary->record, 0, (size_t)boundary->record_capacity * variant->real_size);
 #pragma omp parallel for num_threads(context->threads) schedule(static) if (n > SERIAL)
   for (int32_t k = 0; k < n; k++) {
-    const int64_t ghost = boundary->chosen[k];
-    sphi_wet_ghost *wet = &boundary->wet[k];
-    double mirror[SPHI_MAX_DIM];
-    *wet = new_wet(boundary, ghost);
-    orient(boundary, wet, mirror);
-    memcpy(wet->v, boundary->state[wet->wall].velocity, sizeof wet->v);
-    const bool drags = sphi_wall_no_slip(boundary->wall[wet->wall]);
+    sphi_boundary_make_wet(boundary, k, boundary->chosen[k]);
+    const bool drags = sphi_wall_no_slip(boundary->wall[boundary->wet[k].wall]);
     sphi_put_real(boundary->record, variant->is_double, (int64_t)k * stride + SPHI_GHOST_S(dim),
                   drags);
-    boundary->place[ghost] = k;
   }
   int64_t next = (int64_t)n + SPHI_PAD;
   for (int32_t k = 0; k < n; k++) {

@@ -141,7 +141,13 @@ sph_status sphi_boundary_rows(sph_boundary *boundary, const sphi_frame *frame, d
 void sphi_boundary_set_pressures(sph_boundary *boundary, const sphi_variant *variant,
                                  const sphi_ghost_rows *rows, const double *p);
 
+/* What a checkpoint keeps: places of walls, what ghosts have of the last evaluation, forces on driven walls. */
+sph_status sphi_boundary_keep(sph_boundary *boundary, sphi_keep *keep);
+
 /* For libsph/boundary only. */
+
+/* Makes wet ghost k of a ghost, without values. */
+void sphi_boundary_make_wet(sph_boundary *boundary, int32_t k, int32_t ghost);
 
 /* A number into record `k` at `at`. */
 static inline void sphi_put_real(void *record, bool is_double, int64_t at, double value) {

@@ -428,4 +428,5 @@ static const sphi_method method = {
     .destroy = destroy,
     .energy = sph_flip_get_energy,
     .evaluate = sphi_flip_evaluate,
+    .keep = sphi_flip_keep,
 };

@@ -118,6 +118,9 @@ static inline void flip_mix(const double *values, double s0, double s1, double s
 sph_status sphi_flip_check(const sph_integrator *flow);
 sph_status sphi_flip_refresh(sph_integrator *flow);
 
+/* flip_keep.c */
+sph_status sphi_flip_keep(sph_integrator *flow, sphi_keep *keep);
+
 /* flip_measure.c: what probes ask for, see sphi_method. */
 sph_status sphi_flip_evaluate(sph_integrator *flow, int64_t count, const double *x,
                               double *pressure, double *velocity, double *filling);

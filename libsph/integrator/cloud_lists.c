@@ -50,12 +50,12 @@ static sph_status build(sph_integrator *flow) {
   c->travelled = 0;
   c->packed = false;
   /* Positions jumped by a period where there is one. */
-  if (!c->prepared || c->periodic[0] || c->periodic[1] || c->periodic[2])
+  if (!c->prepared || c->stale || c->periodic[0] || c->periodic[1] || c->periodic[2])
     sphi_cloud_forget_walls(flow);
   if (!c->boundary) return SPH_OK;
   const double begin = sphi_seconds();
   const bool moves = sphi_boundary_moves(c->boundary);
-  if (moves || !c->prepared) {
+  if (moves || !c->prepared || c->stale) {
     SPH_TRY(sphi_boundary_move(c->boundary, flow->stats.time));
     SPH_TRY(sphi_boundary_sort(c->boundary, &flow->frame, flow->variant));
   }
@@ -74,7 +74,10 @@ static sph_status build(sph_integrator *flow) {
 
 sph_status sphi_cloud_build(sph_integrator *flow) {
   const sph_status status = build(flow);
-  if (status != SPH_OK) flow->revision = -1; /* whatever is half done is done anew */
+  if (status == SPH_OK)
+    flow->cloud.stale = false;
+  else
+    flow->revision = -1; /* whatever is half done is done anew */
   return status;
 }
 
@@ -145,7 +148,7 @@ sph_status sphi_cloud_prepare(sph_integrator *flow) {
 
 bool sphi_cloud_reaches(const sph_integrator *flow) {
   const double reach = 0.5 * (flow->list_radius - flow->kernel->support);
-  return flow->cloud.travelled + next_travel(flow) <= reach;
+  return !flow->cloud.stale && flow->cloud.travelled + next_travel(flow) <= reach;
 }
 
 sph_status sphi_cloud_update_ghosts(sph_integrator *flow, double t, double ahead) {

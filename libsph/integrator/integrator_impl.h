@@ -5,6 +5,7 @@
 #include <sph/integrator.h>
 
 #include "boundary/boundary_impl.h"
+#include "core/keep.h"
 #include "particles/particles_impl.h"
 
 struct sph_energy;
@@ -47,6 +48,7 @@ typedef struct sphi_cloud {
       odometer; /* how far apart or together particles and walls may have come since clear was 0 [m] */
   int acceleration; /* number of that field */
   bool prepared;    /* the boundary's arrays are there */
+  bool stale;       /* lists are to be made anew, walls sorted, as after a checkpoint */
   bool packed;      /* records hold the state now */
   double travel;    /* how far a particle or wall may come in the step at hand [m] */
   double travelled; /* how far a particle or wall may have come since the lists were built [m] */
@@ -79,6 +81,8 @@ typedef struct sphi_method {
    * [n, dim] and share of the heavier fluid [n], each may be NULL; 0 where there is no flow. */
   sph_status (*evaluate)(sph_integrator *flow, int64_t n, const double *x, double *pressure,
                          double *velocity, double *filling);
+  /* What a checkpoint keeps besides the run, the particles and their cloud. */
+  sph_status (*keep)(sph_integrator *flow, sphi_keep *keep);
 } sphi_method;
 
 /* Called after every step; an error stops the run. Observers are called in the order of adding. */
@@ -153,6 +157,8 @@ void sphi_cloud_pressure_gradient(const sph_integrator *flow, const double *x,
                                   const double *acceleration, double *gradient);
 void sphi_cloud_surroundings(const sph_integrator *flow, sphi_surroundings *out);
 
+/* What a checkpoint keeps of walls, frame and domain. */
+sph_status sphi_cloud_keep(sph_integrator *flow, sphi_keep *keep);
 /* Frame, walls and lists for particles that the caller gave or changed, whose arrays the method has made. */
 sph_status sphi_cloud_prepare(sph_integrator *flow);
 /* Sorts and lists everything for the positions now. */

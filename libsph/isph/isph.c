@@ -269,4 +269,5 @@ static const sphi_method method = {
     .surroundings = sphi_cloud_surroundings,
     .energy = sph_isph_get_energy,
     .reaction = sph_isph_read_reaction,
+    .keep = sphi_isph_keep,
 };

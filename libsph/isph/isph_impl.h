@@ -95,6 +95,7 @@ void sphi_isph_pack(sph_integrator *flow, double *const *v, const double *last);
 sph_status sphi_isph_refresh(sph_integrator *flow);
 double sphi_isph_limit(const sph_integrator *flow, sph_limiter *limiter);
 sph_status sphi_isph_step(sph_integrator *flow, double dt);
+sph_status sphi_isph_keep(sph_integrator *flow, sphi_keep *keep);
 /* Entry `at` of the fluid's list (0) or the ghosts' (1). */
 static inline double isph_entry(const sph_integrator *flow, int list, int64_t at) {
   const void *entry = isph_of(flow)->entry[list];

@@ -16,9 +16,8 @@ static double **field(const sph_integrator *flow, int number) {
   return flow->particles->field[number].data;
 }
 
-static sph_status reserve(sph_integrator *flow) {
+static sph_status reserve(sph_integrator *flow, int32_t n) {
   isph *s = isph_of(flow);
-  const int32_t n = flow->particles->n;
   bool ok = sphi_reserve(flow->context, (void **)&s->open, &s->open_capacity, n, sizeof *s->open);
   for (int k = 0; k < ISPH_ARRAYS && ok; k++)
     ok = sphi_reserve(flow->context, &s->array[k], &s->array_capacity[k], (int64_t)n + SPHI_PAD,
@@ -277,7 +276,7 @@ static sph_status start(sph_integrator *flow) {
 
 sph_status sphi_isph_refresh(sph_integrator *flow) {
   if (flow->revision != flow->particles->revision) {
-    SPH_TRY(reserve(flow));
+    SPH_TRY(reserve(flow, flow->particles->n));
     set_masses(flow);
     SPH_TRY(sphi_cloud_prepare(flow));
     sphi_solver_renumbered(isph_of(flow)->solver);
@@ -290,5 +289,17 @@ sph_status sphi_isph_refresh(sph_integrator *flow) {
   }
   if (!flow->cloud.packed) sphi_isph_pack(flow, field(flow, SPHI_V), isph_of(flow)->open);
   flow->cloud.packed = true;
+  return SPH_OK;
+}
+
+sph_status sphi_isph_keep(sph_integrator *flow, sphi_keep *keep) {
+  isph *s = isph_of(flow);
+  int64_t has_surface = s->has_surface;
+  int64_t *const counts[] = {&s->surface_count, &has_surface};
+  SPH_TRY(sphi_cloud_keep(flow, keep));
+  if (keep->act == SPHI_KEEP_CHECK) SPH_TRY(reserve(flow, keep->n));
+  SPH_TRY(sphi_keep_wholes(keep, "isph/surface", 2, counts));
+  SPH_TRY(sphi_keep_section(keep, "isph/open", SPHI_KEEP_REALS, keep->n, s->open));
+  if (keep->act == SPHI_KEEP_LOAD) s->has_surface = has_surface != 0;
   return SPH_OK;
 }

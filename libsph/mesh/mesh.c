@@ -269,6 +269,25 @@ sph_status sph_mesh_set_paddle(sph_mesh *mesh, sph_wall_motion motion, void *use
   return SPH_OK;
 }
 
+/* Puts nodes where they are with the paddle there; the first cell that this folds, which changes nothing, or -1. */
+static int32_t place(sph_mesh *mesh, double displacement, double velocity) {
+  double *x = mesh->moved;
+  for (int32_t a = 0; a < mesh->nodes; a++) {
+    const double *rest = mesh->rest + 2 * (int64_t)a;
+    const double share = 1 - (rest[0] - mesh->first) / mesh->reach;
+    x[2 * (int64_t)a] = rest[0] + (share > 0 ? displacement * share : 0);
+    x[2 * (int64_t)a + 1] = rest[1];
+  }
+  const int32_t bad = sphi_mesh_measure(mesh, x);
+  if (bad >= 0) return bad;
+  mesh->moved = mesh->x;
+  mesh->x = x;
+  mesh->displacement = displacement;
+  mesh->velocity = velocity;
+  mesh->revision++;
+  return -1;
+}
+
 sph_status sph_mesh_move(sph_mesh *mesh, double t) {
   if (!mesh) return SPH_E_ARGUMENT;
   sph_context *context = mesh->context;
@@ -280,14 +299,7 @@ sph_status sph_mesh_move(sph_mesh *mesh, double t) {
   SPH_CHECK(context, isfinite(displacement[0]) && isfinite(velocity[0]), SPH_E_ARGUMENT,
             "mesh: at %g s the paddle is at %g m with %g m/s, which must be finite", t,
             displacement[0], velocity[0]);
-  double *x = mesh->moved;
-  for (int32_t a = 0; a < mesh->nodes; a++) {
-    const double *rest = mesh->rest + 2 * (int64_t)a;
-    const double share = 1 - (rest[0] - mesh->first) / mesh->reach;
-    x[2 * (int64_t)a] = rest[0] + (share > 0 ? displacement[0] * share : 0);
-    x[2 * (int64_t)a + 1] = rest[1];
-  }
-  const int32_t bad = sphi_mesh_measure(mesh, x);
+  const int32_t bad = place(mesh, displacement[0], velocity[0]);
   if (bad >= 0) {
     const double *at = mesh->rest + 2 * (int64_t)mesh->corner[3 * (int64_t)bad];
     return SPHI_ERROR(context, SPH_E_ARGUMENT,
@@ -295,10 +307,29 @@ sph_status sph_mesh_move(sph_mesh *mesh, double t) {
                       "%g m",
                       displacement[0], bad, at[0], at[1], mesh->reach);
   }
-  mesh->moved = mesh->x;
-  mesh->x = x;
-  mesh->displacement = displacement[0];
-  mesh->velocity = velocity[0];
-  mesh->revision++;
+  return SPH_OK;
+}
+
+sph_status sphi_mesh_keep(sph_mesh *mesh, sphi_keep *keep) {
+  const bool moves = mesh->motion != NULL;
+  const double nodes = mesh->nodes, cells = mesh->cells, paddles = moves;
+  double displacement = mesh->displacement, velocity = mesh->velocity;
+  double *const at[] = {&displacement, &velocity};
+  SPH_TRY(sphi_keep_common(keep, "mesh/nodes", 1, &nodes));
+  SPH_TRY(sphi_keep_common(keep, "mesh/cells", 1, &cells));
+  SPH_TRY(sphi_keep_common(keep, "mesh/paddles", 1, &paddles));
+  SPH_TRY(sphi_keep_reals(keep, "mesh/paddle", 2, at));
+  if (keep->act == SPHI_KEEP_CHECK) {
+    int64_t count;
+    const double *there = sphi_keep_find(keep, "mesh/paddle", SPHI_KEEP_REALS, &count);
+    const int64_t revision = mesh->revision;
+    const bool fits = !moves || place(mesh, there[0], there[1]) < 0;
+    if (moves) place(mesh, displacement, velocity);
+    mesh->revision = revision;
+    SPH_CHECK(mesh->context, fits, SPH_E_ARGUMENT,
+              "checkpoint \"%s\": \"mesh/paddle\": the paddle at %g m folds cells of the mesh",
+              keep->path, there[0]);
+  }
+  if (keep->act == SPHI_KEEP_LOAD && moves) place(mesh, displacement, velocity);
   return SPH_OK;
 }

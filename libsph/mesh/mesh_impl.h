@@ -4,7 +4,7 @@
 
 #include <sph/mesh.h>
 
-#include "core/internal.h"
+#include "core/keep.h"
 
 enum { SPHI_MESH_TAGS = 64, SPHI_MESH_NAME = 63, SPHI_MESH_MAX = 100000000 };
 
@@ -88,5 +88,8 @@ int32_t sphi_mesh_walk(const sph_mesh *mesh, const double *x, int32_t cell, int3
 /* The point of the boundary nearest to one outside, as far as going along it from `edge` finds it, and its
  * edge. */
 int32_t sphi_mesh_foot(const sph_mesh *mesh, const double *x, int32_t edge, double *foot);
+
+/* What a checkpoint keeps of it: where the paddle has put its nodes. */
+sph_status sphi_mesh_keep(sph_mesh *mesh, sphi_keep *keep);
 
 #endif

@@ -4,7 +4,7 @@
 
 #include <sph/particles.h>
 
-#include "core/internal.h"
+#include "core/keep.h"
 
 #define SPHI_MAX_COMPONENTS 9
 /* Leaves room to round counts up without leaving sph_index. */
@@ -60,6 +60,8 @@ void sphi_particles_retain(sph_particles *particles);
 void sphi_particles_permute(sph_particles *particles, const sph_index *order);
 /* The field called `name`, or NULL with SPH_E_NAME and a suggestion recorded. */
 sphi_field *sphi_particles_field(const sph_particles *particles, const char *name);
+/* What a checkpoint keeps: everything, in storage order. Loading counts as a change by the caller. */
+sph_status sphi_particles_keep(sph_particles *particles, sphi_keep *keep);
 
 /* For libsph/particles only. */
 

@@ -1,4 +1,6 @@
 /* Walls: the handle, its settings and its motion. */
+#include <stdio.h>
+
 #include "wall/wall_geometry.h"
 
 void sphi_wall_retain(sph_wall *wall) { wall->references++; }
@@ -296,4 +298,26 @@ int sphi_wall_open_ends(const sph_wall *wall, double *points) {
       if (wall->facet[k].link[end] < 0 && count < SPHI_WALL_MAX_ENDS)
         memcpy(points + 2 * count++, wall->facet[k].corner[end], 2 * sizeof *points);
   return count;
+}
+
+static sph_status keep_place(const sph_wall *wall, int number, const char *what,
+                             sphi_wall_drive_state *state, sphi_keep *keep) {
+  char name[SPHI_KEEP_NAME];
+  double *at[1 + 3 * SPHI_MAX_DIM] = {&state->t};
+  for (int d = 0; d < wall->dim; d++) {
+    at[1 + 3 * d] = &state->displacement[d];
+    at[2 + 3 * d] = &state->velocity[d];
+    at[3 + 3 * d] = &state->acceleration[d];
+  }
+  snprintf(name, sizeof name, "wall/%d/%s", number, what);
+  return sphi_keep_reals(keep, name, 1 + 3 * wall->dim, at);
+}
+
+sph_status sphi_wall_keep(sph_wall *wall, int number, sphi_keep *keep) {
+  char name[SPHI_KEEP_NAME];
+  if (!wall->driver) return SPH_OK;
+  SPH_TRY(keep_place(wall, number, "from", &wall->from, keep));
+  SPH_TRY(keep_place(wall, number, "to", &wall->to, keep));
+  snprintf(name, sizeof name, "wall/%d/body", number);
+  return wall->body ? sphi_body_keep(wall->body, name, keep) : SPH_OK;
 }

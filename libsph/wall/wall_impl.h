@@ -4,7 +4,7 @@
 
 #include <sph/wall.h>
 
-#include "core/internal.h"
+#include "core/keep.h"
 #include "sweep/variant.h"
 
 /* Ghost points behind a wall in its reference position (displacement zero), n of them. All vectors
@@ -157,5 +157,8 @@ double sphi_wall_foot_now(const sph_wall *wall, const sphi_wall_state *state, co
  * many: 0, 2, or 4 for a box with two opposite open sides; 0 in 3D. */
 #define SPHI_WALL_MAX_ENDS 4
 int sphi_wall_open_ends(const sph_wall *wall, double *points);
+
+/* What a checkpoint keeps of wall `number`: where a driver has put it, and its body. */
+sph_status sphi_wall_keep(sph_wall *wall, int number, sphi_keep *keep);
 
 #endif

@@ -279,4 +279,5 @@ static const sphi_method method = {
     .surroundings = sphi_cloud_surroundings,
     .energy = sph_wcsph_get_energy,
     .reaction = sph_wcsph_read_reaction,
+    .keep = sphi_wcsph_keep,
 };

@@ -40,5 +40,6 @@ double sphi_wcsph_density(const sph_integrator *flow, double p);
 sph_status sphi_wcsph_refresh(sph_integrator *flow);
 double sphi_wcsph_limit(const sph_integrator *flow, sph_limiter *limiter);
 sph_status sphi_wcsph_step(sph_integrator *flow, double dt);
+sph_status sphi_wcsph_keep(sph_integrator *flow, sphi_keep *keep);
 
 #endif

@@ -12,9 +12,8 @@ static double **field(const sph_integrator *flow, int number) {
   return flow->particles->field[number].data;
 }
 
-static sph_status reserve(sph_integrator *flow) {
+static sph_status reserve(sph_integrator *flow, int32_t n) {
   wcsph *w = wcsph_of(flow);
-  const int32_t n = flow->particles->n;
   const int dim = flow->particles->dim;
   const int used = flow->stepper == SPH_STEPPER_RK4 ? WCSPH_ARRAYS : WCSPH_ARRAYS_PLAIN;
   bool ok = sphi_reserve(flow->context, (void **)&w->block, &w->block_capacity,
@@ -320,7 +319,7 @@ static sph_status prepare(sph_integrator *flow) {
   wcsph *w = wcsph_of(flow);
   SPH_CHECK(flow->context, w->c0 > 0, SPH_E_ARGUMENT,
             "wcsph: the sound speed is not set; call sph_wcsph_set_sound_speed");
-  SPH_TRY(reserve(flow));
+  SPH_TRY(reserve(flow, flow->particles->n));
   SPH_TRY(sphi_cloud_prepare(flow));
   w->accelerated = false;
   return SPH_OK;
@@ -339,5 +338,19 @@ sph_status sphi_wcsph_refresh(sph_integrator *flow) {
     move(flow, &a);
   }
   flow->cloud.packed = true;
+  return SPH_OK;
+}
+
+sph_status sphi_wcsph_keep(sph_integrator *flow, sphi_keep *keep) {
+  wcsph *w = wcsph_of(flow);
+  int64_t stepper = flow->stepper, accelerated = w->accelerated;
+  int64_t *const numbers[] = {&stepper, &accelerated};
+  SPH_CHECK(flow->context, keep->act != SPHI_KEEP_CHECK || w->c0 > 0, SPH_E_ARGUMENT,
+            "wcsph: the sound speed is not set; call sph_wcsph_set_sound_speed");
+  SPH_TRY(sphi_cloud_keep(flow, keep));
+  SPH_TRY(sphi_keep_wholes(keep, "wcsph/stepper", 2, numbers));
+  if (keep->act == SPHI_KEEP_CHECK) SPH_TRY(reserve(flow, keep->n));
+  if (keep->act == SPHI_KEEP_LOAD)
+    w->accelerated = accelerated && stepper == (int64_t)flow->stepper;
   return SPH_OK;
 }
