@@ -25,6 +25,7 @@ typedef struct setup {
   int dim, up, vtk, pictures;
   bool quick;
   example_scheme scheme;
+  example_checkpoints checkpoints;
   const char *out, *summary;
 } setup;
 
@@ -45,6 +46,7 @@ static void parse(int argc, char **argv, setup *s) {
                     "height of the side walls [m], of the lid in 3D; 8 H, 3D 3 H"),
       OPTION_NUMBER("--end-t-star", s->end, 1e-6, 1000, "end, t sqrt(g/H)"),
       EXAMPLE_SCHEME_OPTIONS(s->scheme, "; gaussian, 3D wendland-c2", "; 1.3, 3D 1.5"),
+      EXAMPLE_CHECKPOINT_OPTIONS(s->checkpoints),
       OPTION_TEXT("--out", s->out, "folder for CSV, pictures and VTK; without it none"),
       OPTION_TEXT("--summary", s->summary, "file for the figures as JSON"),
       OPTION_INTEGER("--vtk", s->vtk, 0, 100000, "frames for ParaView"),
@@ -137,7 +139,7 @@ static void create_probes(const setup *s, example_flow *f) {
   for (int k = 0; k < PROBES; k++) OK(sph_probe_set_interval(f->probes[k], sample));
   for (int k = 0; k < PROBES; k++) OK(sph_probe_sample(f->probes[k]));
   if (s->vtk == 0) return;
-  OK(sph_output_create_vtk(context, example_path(s->out, "vtk"), "water", &f->vtk));
+  OK(sph_output_create_vtk(context, example_flow_path(f, s->out, "vtk"), "water", &f->vtk));
   OK(sph_output_add_field(f->vtk, SPH_VELOCITY));
   OK(sph_output_add_field(f->vtk, SPH_PRESSURE));
   OK(sph_output_add_field(f->vtk, SPH_DENSITY));
@@ -218,7 +220,9 @@ static sph_status run(const setup *s, example_flow *f, moments *m) {
   example_progress progress = {0};
   sph_status status = SPH_OK;
   double look = 4 * second;
-  int frame = 0, picture = 0;
+  int frame = example_frames_before(f, end, s->vtk);
+  int picture = example_frames_before(f, end, s->pictures);
+  const bool whole = f->from == 0; /* what happens once may have happened */
   for (;;) {
     const double t = sph_integrator_time(f->integrator);
     if (example_frame_due(t, end, s->vtk, frame)) {
@@ -228,15 +232,16 @@ static sph_status run(const setup *s, example_flow *f, moments *m) {
     if (example_frame_due(t, end, s->pictures, picture))
       example_picture_write(context, f->water, s->out, picture++, t, s->height, s->gravity,
                             s->density);
-    if (s->dim == 3 && isnan(m->asymmetry_early) && t >= second)
+    if (whole && s->dim == 3 && isnan(m->asymmetry_early) && t >= second)
       m->asymmetry_early = asymmetry(s, f);
-    if (s->dim == 2 && isnan(m->cavity_closes) && t >= look) {
+    if (whole && s->dim == 2 && isnan(m->cavity_closes) && t >= look) {
       if (enclosed_air(s, f) > 0.01 * s->height * s->height) m->cavity_closes = t;
       look += 0.02 * second;
     }
     if (t >= end) break;
     status = sph_integrator_step(f->integrator);
     if (status != SPH_OK) break;
+    example_flow_checkpoint(f);
     example_progress_show(&progress, f->integrator, end);
   }
   example_progress_end(&progress);
@@ -311,6 +316,7 @@ int main(int argc, char **argv) {
   example_summary summary = {0};
   parse(argc, argv, &s);
   create_flow(&s, &f);
+  example_flow_resume(&s.checkpoints, s.out, &f);
   create_probes(&s, &f);
   const int64_t particles = sph_particles_count(f.water);
   const double start = example_clock();

@@ -30,6 +30,7 @@ typedef struct setup {
   int vtk;
   bool quick;
   example_scheme scheme;
+  example_checkpoints checkpoints;
   const char *tank, *out, *summary;
 } setup;
 
@@ -39,6 +40,7 @@ static void parse(int argc, char **argv, setup *s) {
       OPTION_TEXT("--tank", s->tank, "box, inclined, step"),
       OPTION_NUMBER("--end", s->end, 1e-6, 1e4, "end [s]"),
       EXAMPLE_SCHEME_OPTIONS(s->scheme, "", ""),
+      EXAMPLE_CHECKPOINT_OPTIONS(s->checkpoints),
       OPTION_TEXT("--out", s->out, "folder for CSV, picture and VTK; without it none"),
       OPTION_TEXT("--summary", s->summary, "file for the figures as JSON"),
       OPTION_INTEGER("--vtk", s->vtk, 0, 100000, "frames for ParaView"),
@@ -130,14 +132,15 @@ static void create_probes(const setup *s, example_flow *f) {
   OK(sph_probe_create_elevation(f->integrator, middle, up, depth + 0.05, &f->probes[SURFACE]));
   for (int k = 0; k < PROBES; k++) OK(sph_probe_set_interval(f->probes[k], 0.005));
   for (int k = 0; k <= ENERGY; k++) OK(sph_probe_sample(f->probes[k]));
-  if (s->vtk > 0) OK(sph_output_create_vtk(context, example_path(s->out, "vtk"), "water", &f->vtk));
+  if (s->vtk > 0)
+    OK(sph_output_create_vtk(context, example_flow_path(f, s->out, "vtk"), "water", &f->vtk));
 }
 
 static sph_status run(const setup *s, example_flow *f) {
   sph_context *context = f->context;
   example_progress progress = {0};
   sph_status status = SPH_OK;
-  int frame = 0;
+  int frame = example_frames_before(f, s->end, s->vtk);
   for (;;) {
     const double t = sph_integrator_time(f->integrator);
     if (example_frame_due(t, s->end, s->vtk, frame)) {
@@ -147,6 +150,7 @@ static sph_status run(const setup *s, example_flow *f) {
     if (t >= s->end) break;
     status = sph_integrator_step(f->integrator);
     if (status != SPH_OK) break;
+    example_flow_checkpoint(f);
     example_progress_show(&progress, f->integrator, s->end);
   }
   example_progress_end(&progress);
@@ -223,6 +227,7 @@ int main(int argc, char **argv) {
   example_summary summary = {0};
   parse(argc, argv, &s);
   create_flow(&s, &f);
+  example_flow_resume(&s.checkpoints, s.out, &f);
   create_probes(&s, &f);
   const double start = example_clock();
   const sph_status status = run(&s, &f);

@@ -24,6 +24,7 @@
 typedef struct setup {
   example_flume flume;
   example_scheme scheme;
+  example_checkpoints checkpoints;
   double mass, stiffness, damping, threshold;
   int vtk, pictures;
   bool fixed, quick;
@@ -51,6 +52,7 @@ static void parse(int argc, char **argv, setup *s) {
       OPTION_FLAG("--fixed", s->fixed, "the seawall does not move"),
       EXAMPLE_FLUME_OPTIONS(s->flume),
       EXAMPLE_SCHEME_OPTIONS(s->scheme, "", ""),
+      EXAMPLE_CHECKPOINT_OPTIONS(s->checkpoints),
       OPTION_TEXT("--out", s->out, "folder for CSV, pictures and VTK; without it none"),
       OPTION_TEXT("--summary", s->summary, "file for the figures as JSON"),
       OPTION_INTEGER("--vtk", s->vtk, 0, 100000, "frames for ParaView"),
@@ -157,6 +159,7 @@ int main(int argc, char **argv) {
   example_flow_open(&s.scheme, 2, s.flume.dx, &f);
   sph_body *body = s.fixed ? NULL : create_body(&s, f.context);
   example_flume_create(&s.flume, &s.scheme, body, &f, &w);
+  example_flow_resume(&s.checkpoints, s.out, &f);
   create_probes(&s, &f, body);
   const double start = example_clock();
   const sph_status status = example_flume_run(&s.flume, &f, s.flume.end, s.vtk, s.pictures, s.out);

@@ -25,6 +25,7 @@ static const double pi = 3.14159265358979323846;
 typedef struct setup {
   example_flume flume;
   example_scheme scheme;
+  example_checkpoints checkpoints;
   double kd, wavelengths, zone, rate, periods, seed;
   double k, period; /* of linear theory */
   int vtk, pictures;
@@ -59,6 +60,7 @@ static void parse(int argc, char **argv, setup *s) {
       OPTION_NUMBER("--periods", s->periods, 1, 10000, "periods that the figures are taken from"),
       OPTION_NUMBER("--seed", s->seed, 0, 1e15, "jonswap: of the phases"),
       EXAMPLE_SCHEME_OPTIONS(s->scheme, "", ""),
+      EXAMPLE_CHECKPOINT_OPTIONS(s->checkpoints),
       OPTION_TEXT("--out", s->out, "folder for CSV, pictures and VTK; without it none"),
       OPTION_TEXT("--summary", s->summary, "file for the figures as JSON"),
       OPTION_INTEGER("--vtk", s->vtk, 0, 100000, "frames for ParaView"),
@@ -287,6 +289,7 @@ int main(int argc, char **argv) {
     OK((projects ? sph_isph_add_damping_zone : sph_wcsph_add_damping_zone)(
         f.integrator, 0, flume->length - s.zone * 2 * pi / s.k, flume->length, s.rate / s.period));
   }
+  example_flow_resume(&s.checkpoints, s.out, &f);
   create_probes(&of, &f);
   /* A few samples more than the figures want. */
   const double hi = settled(&s) + s.periods * s.period, start = example_clock();

@@ -22,6 +22,7 @@
 typedef struct setup {
   example_flume flume;
   example_scheme scheme;
+  example_checkpoints checkpoints;
   int vtk, pictures;
   bool quick;
   const char *wall, *out, *summary;
@@ -40,6 +41,7 @@ static void parse(int argc, char **argv, setup *s) {
       OPTION_NUMBER("--angle", s->flume.angle, 0, 180, "of the wall, in the water; inclined 120"),
       EXAMPLE_FLUME_OPTIONS(s->flume),
       EXAMPLE_SCHEME_OPTIONS(s->scheme, "", ""),
+      EXAMPLE_CHECKPOINT_OPTIONS(s->checkpoints),
       OPTION_TEXT("--out", s->out, "folder for CSV, pictures and VTK; without it none"),
       OPTION_TEXT("--summary", s->summary, "file for the figures as JSON"),
       OPTION_INTEGER("--vtk", s->vtk, 0, 100000, "frames for ParaView"),
@@ -192,6 +194,7 @@ int main(int argc, char **argv) {
   parse(argc, argv, &s);
   example_flow_open(&s.scheme, 2, s.flume.dx, &f);
   example_flume_create(&s.flume, &s.scheme, NULL, &f, &w);
+  example_flow_resume(&s.checkpoints, s.out, &f);
   create_probes(&s, &f);
   const double after = 5 * sqrt(s.flume.depth / s.flume.gravity);
   const double end = s.flume.end > 0 ? s.flume.end : example_flume_arrival(&s.flume, &w) + after;

@@ -17,7 +17,7 @@ typedef struct plan {
   int dim;
   surroundings around;
   sph_stepper stepper; /* 0: the method's own */
-  bool is_double, tait, no_field;
+  bool is_double, tait, flap, no_field;
   int threads;
 } plan;
 
@@ -38,6 +38,13 @@ static void push(double t, double *displacement, double *velocity, double *accel
   acceleration[0] = 1.62 * cos(9 * t);
 }
 
+static void turn(double t, double *angle, double *rate, double *rate_change, void *user) {
+  (void)user;
+  *angle = -0.1 * (1 - cos(9 * t));
+  *rate = -0.9 * sin(9 * t);
+  *rate_change = -8.1 * cos(9 * t);
+}
+
 static double level(const double *x, void *user) {
   (void)user;
   return depth * (1 + 0.2 * (x[0] < 0.2));
@@ -52,7 +59,11 @@ static void make_flume(run *r) {
   SPH_TEST_OK(context, sph_wall_create_polyline(context, 2, bed, false, &r->w.wall));
   SPH_TEST_OK(context, sph_wall_create_polyline(context, 2, left, false, &r->side[0]));
   SPH_TEST_OK(context, sph_wall_create_polyline(context, 2, right, false, &r->side[1]));
-  SPH_TEST_OK(context, sph_wall_set_motion(r->side[0], push, NULL));
+  if (r->is.flap)
+    SPH_TEST_OK(context,
+                sph_wall_set_rotation(r->side[0], (const double[]){0, 0}, NULL, turn, NULL));
+  else
+    SPH_TEST_OK(context, sph_wall_set_motion(r->side[0], push, NULL));
   SPH_TEST_OK(context, sph_body_create(context, 40, &r->body));
   SPH_TEST_OK(context, sph_body_set_spring(r->body, 4000, 0));
   SPH_TEST_OK(context, sph_wall_set_body(r->side[1], r->body, along));
@@ -217,6 +228,12 @@ static double *look(const run *r, size_t *size) {
   if (r->body) SPH_TEST_OK(context, sph_body_get_state(r->body, at, at + 1, at + 2, at + 3));
   at += 4;
   if (r->mesh) {
+    sph_flip_stats flip;
+    SPH_TEST_OK(context, sph_flip_get_stats(r->w.flow, &flip));
+    const int64_t counts[] = {flip.mixed_cells, flip.empty_cells, flip.fewest, flip.most,
+                              flip.entered,     flip.left,        flip.split,  flip.merged};
+    for (int k = 0; k < 8; k++) *at++ = (double)counts[k];
+    CU_ASSERT(stats.steps < 100 || counts[4] + counts[6] + counts[7] > 0);
     SPH_TEST_OK(context, sph_mesh_read_nodes(r->mesh, at, 2 * nodes));
     SPH_TEST_OK(context, sph_flip_read_pressure(r->w.flow, at + 2 * nodes, nodes));
     at += 3 * nodes;
@@ -285,12 +302,14 @@ static void wcsph_goes_on(void) {
             30);
   }
   goes_on((plan){.method = 'w', .around = FLUME, .is_double = true, .tait = true}, 60, 60);
+  goes_on((plan){.method = 'w', .around = FLUME, .flap = true}, 100, 100);
   goes_on((plan){.method = 'w', .around = FLUME, .stepper = SPH_STEPPER_VERLET}, 0, 40);
 }
 
 static void isph_goes_on(void) {
   goes_on((plan){.method = 'i', .around = FLUME}, 60, 60);
   goes_on((plan){.method = 'i', .around = FLUME, .is_double = true}, 1, 30);
+  goes_on((plan){.method = 'i', .around = FLUME, .flap = true}, 30, 30);
   goes_on((plan){.method = 'i', .around = PERIODIC}, 20, 20);
   goes_on((plan){.method = 'i', .dim = 3, .around = BOX}, 10, 15);
 }

@@ -1,6 +1,8 @@
 /* What the examples of flows share, see flow.h. */
 #include "flow.h"
 
+#include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -76,6 +78,40 @@ void example_flow_start(const example_scheme *s, example_flow *f, const double *
     OK(sph_wcsph_start_from_pressure(f->integrator, sph_particles_count(f->water), pressure));
 }
 
+static const char checkpoint_file[] = "checkpoint.sph";
+
+void example_flow_resume(const example_checkpoints *c, const char *folder, example_flow *f) {
+  sph_context *context = f->context;
+  if ((c->every > 0 || c->resume) && *folder == '\0')
+    example_refuse(c->resume ? "--resume" : "--checkpoint", "wants a folder, --out");
+  f->checkpoint_every = c->every;
+  f->checkpoint_folder = folder;
+  if (!c->resume) return;
+  OK(sph_integrator_read_checkpoint(f->integrator, example_path(folder, checkpoint_file)));
+  f->from = sph_integrator_time(f->integrator);
+  f->steps_before = sph_integrator_steps(f->integrator);
+}
+
+void example_flow_checkpoint(const example_flow *f) {
+  sph_context *context = f->context;
+  sph_integrator_stats now;
+  if (f->checkpoint_every == 0) return;
+  OK(sph_integrator_get_stats(f->integrator, &now));
+  const double every = f->checkpoint_every;
+  if (floor(now.time / every) > floor((now.time - now.dt) / every))
+    OK(sph_integrator_write_checkpoint(f->integrator,
+                                       example_path(f->checkpoint_folder, checkpoint_file)));
+}
+
+const char *example_flow_path(const example_flow *f, const char *folder, const char *file) {
+  char name[256];
+  const char *dot = strrchr(file, '.');
+  const int stem = dot != NULL ? (int)(dot - file) : (int)strlen(file);
+  if (f->from == 0) return example_path(folder, file);
+  snprintf(name, sizeof name, "%.*s_from_%.6g%s", stem, file, f->from, file + stem);
+  return example_path(folder, name);
+}
+
 void example_flow_destroy(example_flow *f) {
   sph_output_destroy(&f->vtk);
   for (int k = 0; k < EXAMPLE_PROBES; k++) sph_probe_destroy(&f->probes[k]);
@@ -94,11 +130,17 @@ bool example_frame_due(double t, double end, int frames, int done) {
   return done < frames && part * (frames - 1) >= done;
 }
 
+int example_frames_before(const example_flow *f, double end, int frames) {
+  int done = 0;
+  while (f->from > 0 && example_frame_due(f->from, end, frames, done)) done++;
+  return done;
+}
+
 void example_flow_write_series(const example_flow *f, const char *folder, int count,
                                const char *const *files) {
   sph_context *context = f->context;
   for (int k = 0; k < count; k++)
-    OK(sph_probe_write_csv(f->probes[k], example_path(folder, files[k])));
+    OK(sph_probe_write_csv(f->probes[k], example_flow_path(f, folder, files[k])));
 }
 
 void example_summary_flow(example_summary *summary, const example_flow *f, double wall_seconds) {
@@ -108,7 +150,7 @@ void example_summary_flow(example_summary *summary, const example_flow *f, doubl
   OK(sph_integrator_get_stats(f->integrator, &stats));
   OK(sph_boundary_get_counts(f->ghosts, &counts));
   const int64_t particles = sph_particles_count(f->water);
-  const double work = (double)particles * (double)stats.steps;
+  const double work = (double)particles * (double)(stats.steps - f->steps_before);
   example_summary_integer(summary, "particles", particles);
   example_summary_integer(summary, "steps", stats.steps);
   example_summary_number(summary, "time_end_s", stats.time);

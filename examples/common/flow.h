@@ -35,6 +35,15 @@ typedef struct example_scheme {
       OPTION_INTEGER("--threads", (s).threads, 0, 1024, "0: one for each processor"),        \
       OPTION_TEXT("--isa", (s).isa, "auto, baseline, avx2, avx512")
 
+/* Checkpoints of a run: every so many seconds of flow time into a folder, and whether to go on from there. */
+typedef struct example_checkpoints {
+  double every; /* 0: none */
+  bool resume;
+} example_checkpoints;
+#define EXAMPLE_CHECKPOINT_OPTIONS(c)                                                             \
+  OPTION_NUMBER("--checkpoint", (c).every, 0, 1e9, "flow time between checkpoints in --out [s]"), \
+      OPTION_FLAG("--resume", (c).resume, "go on from the checkpoint in --out")
+
 /* Everything that a run holds, in the order of creation. What a case does not have stays NULL. */
 enum { EXAMPLE_PROBES = 24, EXAMPLE_WALLS = 2 };
 typedef struct example_flow {
@@ -47,6 +56,9 @@ typedef struct example_flow {
   sph_integrator *integrator;
   sph_probe *probes[EXAMPLE_PROBES];
   sph_output *vtk;
+  double checkpoint_every, from; /* time and steps at which this part of the run begins */
+  int64_t steps_before;
+  const char *checkpoint_folder;
 } example_flow;
 
 /* Position, velocity, pressure and so on of all particles, components one after the other. */
@@ -58,11 +70,19 @@ void example_flow_open(const example_scheme *s, int dim, double dx, example_flow
 void example_flow_solve(const example_scheme *s, double c0, example_flow *f);
 /* Pressures at the start, where a method does not find them itself. */
 void example_flow_start(const example_scheme *s, example_flow *f, const double *pressure);
+/* Then, before probes are created, whether the run goes on from a checkpoint, and writes some. */
+void example_flow_resume(const example_checkpoints *c, const char *folder, example_flow *f);
+/* After each step: a checkpoint, if one is due. */
+void example_flow_checkpoint(const example_flow *f);
+/* As example_path; files of a run that went on have the time from which it did in their names. */
+const char *example_flow_path(const example_flow *f, const char *folder, const char *file);
 void example_flow_destroy(example_flow *f);
 
 /* Whether a run that has written `done` of its frames, evenly from 0 to end, owes one at time t. Frames
  * are taken at the first step at or after their time: they do not change the steps. */
 bool example_frame_due(double t, double end, int frames, int done);
+/* How many of them a run that goes on finds written. */
+int example_frames_before(const example_flow *f, double end, int frames);
 
 /* Writes the first `count` probes as CSV into a folder. */
 void example_flow_write_series(const example_flow *f, const char *folder, int count,

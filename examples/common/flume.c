@@ -193,7 +193,7 @@ void example_flume_watch(const example_flume *flume, example_flow *f, int count,
     if (k != force) OK(sph_probe_sample(f->probes[k]));
   }
   if (vtk == 0) return;
-  OK(sph_output_create_vtk(context, example_path(folder, "vtk"), "water", &f->vtk));
+  OK(sph_output_create_vtk(context, example_flow_path(f, folder, "vtk"), "water", &f->vtk));
   OK(sph_output_add_field(f->vtk, SPH_VELOCITY));
   OK(sph_output_add_field(f->vtk, SPH_PRESSURE));
 }
@@ -203,7 +203,8 @@ sph_status example_flume_run(const example_flume *flume, example_flow *f, double
   sph_context *context = f->context;
   example_progress progress = {0};
   sph_status status = SPH_OK;
-  int frame = 0, picture = 0;
+  int frame = example_frames_before(f, end, vtk);
+  int picture = example_frames_before(f, end, pictures);
   for (;;) {
     const double t = sph_integrator_time(f->integrator);
     if (example_frame_due(t, end, vtk, frame)) {
@@ -216,6 +217,7 @@ sph_status example_flume_run(const example_flume *flume, example_flow *f, double
     if (t >= end) break;
     status = sph_integrator_step(f->integrator);
     if (status != SPH_OK) break;
+    example_flow_checkpoint(f);
     example_progress_show(&progress, f->integrator, end);
   }
   example_progress_end(&progress);
