@@ -145,7 +145,7 @@ static sph_status set_up(sph_integrator *flow, sph_mesh *mesh) {
   for (int k = 0; k < mesh->tags; k++)
     if (strcmp(mesh->name[k], "top") == 0) s->open = k + 1;
   SPH_TRY(cell_field(flow->particles, &s->field));
-  SPH_TRY(sph_solver_create(flow->context, SPH_SOLVER_CG, &s->solver));
+  SPH_TRY(sph_solver_create(flow->context, SPH_SOLVER_GMRES, &s->solver));
   SPH_TRY(sph_solver_set_tolerance(s->solver, 1e-8, 0));
   SPH_TRY(make_arrays(flow));
   sphi_flip_measure(flow, 1);
