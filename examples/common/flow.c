@@ -17,11 +17,25 @@ double *example_flow_read(const example_flow *f, const char *field, int componen
 
 static bool is_incompressible(const example_scheme *s) { return strcmp(s->method, "isph") == 0; }
 
+static sph_isph_walls walls_of(const example_scheme *s) {
+  static const char *const names[] = {
+      [SPH_ISPH_WALLS_GHOSTS] = "ghosts",
+      [SPH_ISPH_WALLS_DUMMIES] = "dummies",
+      [SPH_ISPH_WALLS_DUMMIES_AS_PRINTED] = "dummies-as-printed"};
+  if (*s->walls == '\0') return SPH_ISPH_WALLS_GHOSTS;
+  if (!is_incompressible(s)) example_refuse("--walls", "is for --method isph");
+  for (int k = SPH_ISPH_WALLS_GHOSTS; k < (int)(sizeof names / sizeof names[0]); k++)
+    if (strcmp(s->walls, names[k]) == 0) return (sph_isph_walls)k;
+  example_refuse("--walls", "\"%s\" is none of ghosts, dummies, dummies-as-printed", s->walls);
+  return SPH_ISPH_WALLS_GHOSTS;
+}
+
 void example_flow_open(const example_scheme *s, int dim, double dx, example_flow *f) {
   sph_context *context = NULL;
   sph_kernel_type kernel;
   if (!is_incompressible(s) && strcmp(s->method, "wcsph") != 0)
     example_refuse("--method", "\"%s\" is neither wcsph nor isph", s->method);
+  (void)walls_of(s); /* refuses before anything is made */
   OK(sph_context_create(&context));
   f->context = context;
   OK(sph_context_set_threads(context, example_threads(s->threads)));
@@ -55,6 +69,7 @@ void example_flow_solve(const example_scheme *s, double c0, example_flow *f) {
   if (is_incompressible(s)) {
     OK(sph_isph_create(context, f->kernel, f->water, f->ghosts, &f->integrator));
     OK(sph_isph_set_laminar_viscosity(f->integrator, s->nu));
+    OK(sph_isph_set_walls(f->integrator, walls_of(s)));
     OK(sph_integrator_set_courant(f->integrator, s->courant));
     OK(sph_integrator_set_dt(f->integrator, s->dt));
     return;

@@ -8,18 +8,19 @@
 typedef struct example_scheme {
   double c0_factor, h_ratio, courant, dt, alpha, nu, delta;
   int threads;
-  const char *method, *interpolator, *kernel, *stepper, *diffusion, *isa;
+  const char *method, *walls, *interpolator, *kernel, *stepper, *diffusion, *isa;
 } example_scheme;
 #define EXAMPLE_SCHEME                                                                             \
   {                                                                                                \
     .c0_factor = 10, .h_ratio = 1.3, .alpha = 0.02, .delta = 0.1, .method = "wcsph",               \
-    .interpolator = "improved-shepard", .kernel = "gaussian", .stepper = "", .diffusion = "delta", \
+    .walls = "", .interpolator = "improved-shepard", .kernel = "gaussian", .stepper = "", .diffusion = "delta", \
     .isa = "auto"                                                                                  \
   }
 
 /* Rows of an option table; the last two texts are put after those of --kernel and --h. */
 #define EXAMPLE_SCHEME_OPTIONS(s, of_kernel, of_h)                                           \
   OPTION_TEXT("--method", (s).method, "wcsph or isph"),                                      \
+      OPTION_TEXT("--walls", (s).walls, "of isph: ghosts, dummies, dummies-as-printed"),     \
       OPTION_NUMBER("--c0", (s).c0_factor, 5, 200, "sound speed / sqrt(g H)"),               \
       OPTION_TEXT("--interpolator", (s).interpolator, "improved-shepard, mls-linear, ..."),  \
       OPTION_TEXT("--kernel", (s).kernel, "gaussian, wendland-c2, ..." of_kernel),           \

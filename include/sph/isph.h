@@ -26,6 +26,15 @@ typedef enum sph_isph_laplacian {
   SPH_ISPH_LAPLACIAN_SIMPLE = 2     /**< "simple": Morris et al. (1997) */
 } sph_isph_laplacian;
 
+/** Pressures in walls. */
+typedef enum sph_isph_walls {
+  SPH_ISPH_WALLS_GHOSTS = 1,  /**< "ghosts": fixed ghosts, interpolated at mirror points */
+  SPH_ISPH_WALLS_DUMMIES = 2, /**< "dummies": wall particles solved for, dummies behind that follow
+                                   with the slope of rho (g - a_w) */
+  SPH_ISPH_WALLS_DUMMIES_AS_PRINTED =
+      3 /**< "dummies-as-printed": dummies with the pressure of the wall particle, velocities of the wall */
+} sph_isph_walls;
+
 /** Create the flow of `particles` inside `boundary` (NULL: no walls).
  *
  * A step of dt, with W, V and ghosts at r* = r^n + dt u^n:
@@ -116,6 +125,22 @@ SPH_API SPH_NODISCARD sph_status sph_isph_set_gradient(sph_integrator *integrato
  */
 SPH_API SPH_NODISCARD sph_status sph_isph_set_laplacian(sph_integrator *integrator,
                                                         sph_isph_laplacian kind);
+
+/** Choose where the pressures of ghosts come from; SPH_ISPH_WALLS_GHOSTS until called.
+ *
+ * With dummies the layer of ghosts next to a wall's surface, one for each place of the spacing, are wall
+ * particles: unknowns of the pressure equation. The ghosts behind have the pressure of the nearest wall
+ * particle of their wall.
+ *
+ * Parallel   not while another call uses the context
+ * Errors     SPH_E_ARGUMENT integrator NULL, unknown kind; SPH_E_TYPE another method
+ * Source     Liang et al. (2017), section 2; Koshizuka, Nobe & Oka (1998); differs: wall particles are half a
+ *            spacing behind the surface, and without fluid at their mirror point have no volume;
+ *            SPH_ISPH_WALLS_DUMMIES has gravity and the wall's acceleration in velocities and pressures
+ * Since      0.1
+ */
+SPH_API SPH_NODISCARD sph_status sph_isph_set_walls(sph_integrator *integrator,
+                                                    sph_isph_walls kind);
 
 /** Particles whose divergence of positions, dim in the bulk, is below this are open to the air, unless one
  * within about 2 spacings and 45 degrees of the outward normal covers them; 1.75 in 2D and 2.7 in 3D until

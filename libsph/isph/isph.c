@@ -18,6 +18,7 @@ static void destroy(sph_integrator *flow) {
     sphi_free(context, s->entry[k]);
   }
   sphi_ghost_rows_free(context, &s->rows);
+  sphi_isph_dummies_free(context, &s->dummies);
   sphi_free(context, s->open);
   sphi_free(context, s->row_start);
   sphi_free(context, s->columns);
@@ -99,6 +100,7 @@ sph_status sph_isph_create(sph_context *context, sph_kernel *kernel, sph_particl
   s->threshold = particles->dim == 2 ? 1.75 : 2.7;
   s->gradient = SPH_ISPH_GRADIENT_CORRECTED;
   s->laplacian = SPH_ISPH_LAPLACIAN_CORRECTED;
+  s->walls = SPH_ISPH_WALLS_GHOSTS;
   s->theta = 0.02;
   s->shifting = 0.5;
   s->collisions = 1;
@@ -126,6 +128,16 @@ sph_status sph_isph_set_laplacian(sph_integrator *integrator, sph_isph_laplacian
   SPH_CHECK(context, kind == SPH_ISPH_LAPLACIAN_CORRECTED || kind == SPH_ISPH_LAPLACIAN_SIMPLE,
             SPH_E_ARGUMENT, "isph: Laplacian must be one of sph_isph_laplacian, got %d", (int)kind);
   s->laplacian = kind;
+  return SPH_OK;
+}
+
+sph_status sph_isph_set_walls(sph_integrator *integrator, sph_isph_walls kind) {
+  SETTER(integrator);
+  SPH_CHECK(context, kind >= SPH_ISPH_WALLS_GHOSTS && kind <= SPH_ISPH_WALLS_DUMMIES_AS_PRINTED,
+            SPH_E_ARGUMENT, "isph: walls must be one of sph_isph_walls, got %d", (int)kind);
+  if (kind != s->walls) sphi_solver_renumbered(s->solver);
+  s->walls = kind;
+  s->dummies.n = 0;
   return SPH_OK;
 }
 

@@ -31,10 +31,29 @@ enum {
 
 enum { ISPH_DEPTHS = 65 };
 
+/* Walls of dummy particles. Ghosts are numbered as in the boundary, wet ones by their records. */
+typedef struct isph_dummies {
+  int32_t n;        /* wall particles that take part: unknowns behind those of the fluid */
+  int32_t ghosts;   /* that `owner` knows */
+  int32_t *owner;   /* [ghosts] the wall particle that a ghost follows, a ghost, or -1 */
+  double *kept;     /* [ghosts] last pressures of wall particles */
+  int32_t *unknown; /* [wet] its number, -1 for those that follow */
+  int32_t *wet;     /* [n] back */
+  int64_t *start;   /* [n + 1] fluid near each */
+  int32_t *fluid;
+  int64_t *room;  /* [n] where rows start in `column` and `value` */
+  int32_t *count; /* [n] their lengths */
+  int32_t *column;
+  double *value;
+  double *p; /* [particles + n] */
+  int64_t capacity[11];
+} isph_dummies;
+
 typedef struct isph {
   double nu, threshold, theta, shifting, collisions;
   sph_isph_gradient gradient;
   sph_isph_laplacian laplacian;
+  sph_isph_walls walls;
   sph_solver *solver;
   double filled;             /* sum of V W over the lattice that particles were laid on */
   double full;               /* sum of the entries of a row there */
@@ -53,11 +72,12 @@ typedef struct isph {
   void *entry[2];
   int64_t entry_capacity[2];
   sphi_ghost_rows rows;
+  isph_dummies dummies;
   int64_t *row_start; /* the matrix */
   int32_t *columns;
   double *values, *right;
   int64_t row_capacity, column_capacity, value_capacity, right_capacity;
-  int32_t *mark; /* [threads][n] scratch */
+  int32_t *mark; /* [threads][unknowns] scratch */
   int64_t mark_capacity;
 } isph;
 
@@ -106,5 +126,16 @@ static inline double isph_entry(const sph_integrator *flow, int list, int64_t at
 /* Finds the surface, makes the pressure equation for velocities whose divergence has been summed, and solves
  * it for the particles' pressures and the ghosts'. What does not converge leaves the best there is. */
 sph_status sphi_isph_solve(sph_integrator *flow, double dt);
+
+/* Tilt, scale (returned) and divergence of the row of a wall particle from its sums. */
+double sphi_isph_tilt(const sph_integrator *flow, const double *moment, const double *normal,
+                      const double *shear, double *tilt, double *divergence);
+void sphi_isph_dummies_free(sph_context *context, isph_dummies *dummies);
+/* Rows of ghosts for those interpolated before: each has the pressure of its wall particle. */
+sph_status sphi_isph_dummies_rows(sph_integrator *flow, double t);
+/* Velocities of wall and dummy particles, into the ghosts' records. */
+void sphi_isph_dummies_velocities(sph_integrator *flow, double t, double dt);
+/* The rows of the wall particles, from the fluid's entries of ghosts, and their right-hand sides. */
+sph_status sphi_isph_dummies_matrix(sph_integrator *flow, double dt);
 
 #endif

@@ -28,6 +28,31 @@ static bool invert(int dim, double *m) {
   return true;
 }
 
+double sphi_isph_tilt(const sph_integrator *flow, const double *moment, const double *normal,
+                      const double *shear, double *tilt, double *divergence) {
+  static const int at[2][3][3] = {{{0, 2}, {2, 1}}, {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}}};
+  const int dim = flow->particles->dim, terms = dim == 2 ? 3 : 6;
+  double m[6], size2 = 0, scale = 0;
+  memcpy(m, moment, sizeof m);
+  bool correct = invert(dim, m);
+  for (int d = 0; d < dim; d++) scale += m[d] / dim;
+  correct = correct && scale <= SCALE_MAX;
+  for (int k = 0; k < terms && !correct; k++) m[k] = k < dim;
+  const bool plain = !correct || isph_of(flow)->laplacian == SPH_ISPH_LAPLACIAN_SIMPLE;
+  *divergence = 0;
+  for (int d = 0; d < dim; d++) {
+    tilt[d] = 0;
+    for (int e = 0; e < dim; e++) {
+      tilt[d] += plain ? 0 : m[at[dim - 2][d][e]] * normal[e];
+      *divergence += m[at[dim - 2][d][e]] * shear[d * SPHI_MAX_DIM + e];
+    }
+    size2 += tilt[d] * tilt[d];
+  }
+  const double most = TILT_MAX / flow->kernel->support, size = sqrt(size2);
+  for (int d = 0; d < dim && size > most; d++) tilt[d] *= most / size;
+  return plain ? 1 : scale;
+}
+
 /* What the entries of row i need, with tilts for those that are not open:
  *
  *   s = tr L / dim,   q = (1 - o) L N,   L = M^-1                                             (1)
@@ -236,7 +261,7 @@ static void make_rows(sph_integrator *flow, bool fill) {
   const int32_t n = flow->particles->n;
 #pragma omp parallel num_threads(flow->context->threads) if (n > 1024)
   {
-    int32_t *mark = s->mark + (int64_t)n * sphi_thread();
+    int32_t *mark = s->mark + (int64_t)(n + s->dummies.n) * sphi_thread();
 #pragma omp for schedule(dynamic, 16)
     for (int32_t c = 0; c < flow->clusters.n; c++)
       for (int32_t l = 0; l < flow->clusters.count[c]; l++) {
@@ -269,7 +294,7 @@ static void add_sources(sph_integrator *flow, double dt) {
 static sph_status reserve(sph_integrator *flow) {
   isph *s = isph_of(flow);
   sph_context *context = flow->context;
-  const int64_t n = flow->particles->n;
+  const int64_t n = flow->particles->n + s->dummies.n;
   SPH_CHECK(
       context,
       sphi_reserve(context, (void **)&s->row_start, &s->row_capacity, n + 1,
@@ -284,17 +309,19 @@ static sph_status reserve(sph_integrator *flow) {
 static sph_status make_matrix(sph_integrator *flow, double dt) {
   isph *s = isph_of(flow);
   sph_context *context = flow->context;
-  const int32_t n = flow->particles->n;
+  const int32_t n = flow->particles->n, all = n + s->dummies.n;
   SPH_TRY(reserve(flow));
   sphi_isph_find_surface(flow);
 #pragma omp parallel for num_threads(context->threads) schedule(static) if (n > 1024)
   for (int32_t i = 0; i < n; i++) prepare_row(flow, i);
   SPH_TRY(make_entries(flow));
-  memset(s->mark, 0, (size_t)n * (size_t)context->threads * sizeof *s->mark);
+  memset(s->mark, 0, (size_t)all * (size_t)context->threads * sizeof *s->mark);
   make_rows(flow, false);
+  if (s->dummies.n > 0) SPH_TRY(sphi_isph_dummies_matrix(flow, dt));
+  for (int32_t w = 0; w < s->dummies.n; w++) s->row_start[n + w + 1] = s->dummies.count[w];
   s->row_start[0] = 0;
-  for (int32_t i = 0; i < n; i++) s->row_start[i + 1] += s->row_start[i];
-  const int64_t entries = s->row_start[n];
+  for (int32_t i = 0; i < all; i++) s->row_start[i + 1] += s->row_start[i];
+  const int64_t entries = s->row_start[all];
   const int64_t room = entries <= s->value_capacity ? entries : entries + entries / 8;
   SPH_CHECK(
       context,
@@ -303,6 +330,13 @@ static sph_status make_matrix(sph_integrator *flow, double dt) {
       SPH_E_MEMORY, "isph: no memory for %lld entries of the pressure equation",
       (long long)entries);
   make_rows(flow, true);
+  for (int32_t w = 0; w < s->dummies.n; w++) {
+    const size_t count = (size_t)s->dummies.count[w];
+    memcpy(s->columns + s->row_start[n + w], s->dummies.column + s->dummies.room[w],
+           count * sizeof *s->columns);
+    memcpy(s->values + s->row_start[n + w], s->dummies.value + s->dummies.room[w],
+           count * sizeof *s->values);
+  }
   add_sources(flow, dt);
   return SPH_OK;
 }
@@ -311,12 +345,24 @@ sph_status sphi_isph_solve(sph_integrator *flow, double dt) {
   isph *s = isph_of(flow);
   const double begin = sphi_seconds(), pairs = flow->stats.seconds_pairs;
   const int32_t n = flow->particles->n;
-  double *p = flow->particles->field[SPHI_P].data[0];
+  double *fluid = flow->particles->field[SPHI_P].data[0], *p = fluid;
   SPH_TRY(make_matrix(flow, dt));
+  const isph_dummies *dummies = &s->dummies;
+  if (dummies->n > 0) {
+    p = dummies->p;
+    memcpy(p, fluid, (size_t)n * sizeof *p);
+    for (int32_t w = 0; w < dummies->n; w++)
+      p[n + w] = dummies->kept[flow->cloud.boundary->wet[dummies->wet[w]].ghost];
+  }
   const sph_matrix matrix = {
-      .n = n, .row_start = s->row_start, .columns = s->columns, .values = s->values};
+      .n = n + dummies->n, .row_start = s->row_start, .columns = s->columns, .values = s->values};
   SPH_TRY(sph_solver_set_null_space(s->solver, !s->has_surface));
   const sph_status status = sph_solver_solve(s->solver, &matrix, s->right, p);
+  if (dummies->n > 0) {
+    memcpy(fluid, p, (size_t)n * sizeof *p);
+    for (int32_t w = 0; w < dummies->n; w++)
+      dummies->kept[flow->cloud.boundary->wet[dummies->wet[w]].ghost] = p[n + w];
+  }
   if (flow->cloud.boundary)
     sphi_boundary_set_pressures(flow->cloud.boundary, flow->variant, &s->rows, p);
   flow->stats.seconds_solver += sphi_seconds() - begin - (flow->stats.seconds_pairs - pairs);

@@ -66,6 +66,7 @@ static sph_status find_rows(sph_integrator *flow, double t) {
   if (sphi_boundary_moves(boundary)) SPH_TRY(sphi_boundary_move(boundary, t));
   SPH_TRY(sphi_boundary_rows(boundary, &flow->frame, field(flow, SPHI_X), field(flow, SPHI_VOL)[0],
                              &flow->cloud.force, t, flow->cloud.rho0, &isph_of(flow)->rows));
+  if (isph_of(flow)->walls != SPH_ISPH_WALLS_GHOSTS) SPH_TRY(sphi_isph_dummies_rows(flow, t));
   flow->stats.seconds_boundary += sphi_seconds() - begin;
   return SPH_OK;
 }
@@ -102,6 +103,8 @@ static sph_status project(sph_integrator *flow, double t, double dt) {
   const int dim = flow->particles->dim;
   sphi_isph_pack(flow, s->between, s->open);
   SPH_TRY(sphi_cloud_update_ghosts(flow, t, dt));
+  if (flow->cloud.boundary && s->walls != SPH_ISPH_WALLS_GHOSTS)
+    sphi_isph_dummies_velocities(flow, t, dt);
   sphi_projection_arguments a = {.filling = s->array[ISPH_FILLING]};
   for (int k = 0; k < dim * dim; k++) a.shear[k] = s->array[ISPH_SHEAR + k];
   for (int d = 0; d < dim; d++) {
