@@ -32,7 +32,7 @@ double sphi_isph_tilt(const sph_integrator *flow, const double *moment, const do
                       const double *shear, double *tilt, double *divergence) {
   static const int at[2][3][3] = {{{0, 2}, {2, 1}}, {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}}};
   const int dim = flow->particles->dim, terms = dim == 2 ? 3 : 6;
-  double m[6], size2 = 0, scale = 0;
+  double m[6], scale = 0;
   memcpy(m, moment, sizeof m);
   bool correct = invert(dim, m);
   for (int d = 0; d < dim; d++) scale += m[d] / dim;
@@ -46,10 +46,7 @@ double sphi_isph_tilt(const sph_integrator *flow, const double *moment, const do
       tilt[d] += plain ? 0 : m[at[dim - 2][d][e]] * normal[e];
       *divergence += m[at[dim - 2][d][e]] * shear[d * SPHI_MAX_DIM + e];
     }
-    size2 += tilt[d] * tilt[d];
   }
-  const double most = TILT_MAX / flow->kernel->support, size = sqrt(size2);
-  for (int d = 0; d < dim && size > most; d++) tilt[d] *= most / size;
   return plain ? 1 : scale;
 }
 
