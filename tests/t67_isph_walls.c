@@ -45,10 +45,10 @@ static void still_water_is_exact_with_dummies(void) {
   for (int dim = 2; dim <= 3; dim++)
     for (int k = 0; k < 2; k++) {
       const double height = dim == 2 ? 0.2 : 0.08;
-      flow_world w = tank((flow_plan){.dim = dim,
-                                      .dx = 0.01,
-                                      .precision = k ? SPH_PRECISION_SINGLE : SPH_PRECISION_DOUBLE},
-                          height, false, SPH_ISPH_WALLS_DUMMIES);
+      flow_world w = tank(
+          (flow_plan){
+              .dim = dim, .dx = 0.01, .precision = k ? SPH_PRECISION_SINGLE : SPH_PRECISION_DOUBLE},
+          height, false, SPH_ISPH_WALLS_DUMMIES);
       flow_steps(&w, 20);
       SPH_TEST_BELOW(pressure_error(&w, height), 1e-4);
       SPH_TEST_CLOSE(bottom_force(&w, height), 1, 1e-3, 0);
@@ -63,9 +63,7 @@ static void still_water_is_too_light_as_printed(void) {
                       SPH_ISPH_WALLS_DUMMIES_AS_PRINTED);
   SPH_TEST_OK(w.context, sph_integrator_set_dt(w.flow, 1e-4));
   flow_steps(&w, 1);
-  const double error = pressure_error(&w, height);
-  SPH_TEST_BELOW(error, 0.06);
-  SPH_TEST_BELOW(0.005, error);
+  SPH_TEST_CLOSE(bottom_force(&w, height), 0.94, 0, 0.02);
   flow_free(&w);
 }
 
@@ -99,8 +97,7 @@ static void one_and_two_threads_give_the_same_bits(void) {
     double *x[2];
     int64_t n = 0;
     for (int k = 0; k < 2; k++) {
-      flow_world w =
-          tank((flow_plan){.dx = 0.015, .threads = 1 + k}, 0.3, false, kinds[kind]);
+      flow_world w = tank((flow_plan){.dx = 0.015, .threads = 1 + k}, 0.3, false, kinds[kind]);
       flow_jitter(&w, 0.1, 5);
       flow_steps(&w, 20);
       x[k] = flow_read(&w, SPH_POSITION);
@@ -134,8 +131,8 @@ static void any_allocation_may_fail(void) {
   for (int allowed = 20; allowed < 400; allowed += 7) {
     sph_test_memory memory = {1 << 30, 0};
     const sph_allocator allocator = {sph_test_allocate, sph_test_release, &memory};
-    flow_world w = tank((flow_plan){.dx = 0.05, .allocator = &allocator}, 0.3, false,
-                        SPH_ISPH_WALLS_DUMMIES);
+    flow_world w =
+        tank((flow_plan){.dx = 0.05, .allocator = &allocator}, 0.3, false, SPH_ISPH_WALLS_DUMMIES);
     memory.allowed = allowed - 20;
     const sph_status status = sph_integrator_step(w.flow);
     CU_ASSERT(status == SPH_OK || status == SPH_E_MEMORY);

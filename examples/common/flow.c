@@ -18,10 +18,9 @@ double *example_flow_read(const example_flow *f, const char *field, int componen
 static bool is_incompressible(const example_scheme *s) { return strcmp(s->method, "isph") == 0; }
 
 static sph_isph_walls walls_of(const example_scheme *s) {
-  static const char *const names[] = {
-      [SPH_ISPH_WALLS_GHOSTS] = "ghosts",
-      [SPH_ISPH_WALLS_DUMMIES] = "dummies",
-      [SPH_ISPH_WALLS_DUMMIES_AS_PRINTED] = "dummies-as-printed"};
+  static const char *const names[] = {[SPH_ISPH_WALLS_GHOSTS] = "ghosts",
+                                      [SPH_ISPH_WALLS_DUMMIES] = "dummies",
+                                      [SPH_ISPH_WALLS_DUMMIES_AS_PRINTED] = "dummies-as-printed"};
   if (*s->walls == '\0') return SPH_ISPH_WALLS_GHOSTS;
   if (!is_incompressible(s)) example_refuse("--walls", "is for --method isph");
   for (int k = SPH_ISPH_WALLS_GHOSTS; k < (int)(sizeof names / sizeof names[0]); k++)

@@ -12,8 +12,8 @@ typedef struct example_scheme {
 } example_scheme;
 #define EXAMPLE_SCHEME                                                                             \
   {                                                                                                \
-    .c0_factor = 10, .h_ratio = 1.3, .alpha = 0.02, .delta = 0.1, .method = "wcsph",               \
-    .walls = "", .interpolator = "improved-shepard", .kernel = "gaussian", .stepper = "", .diffusion = "delta", \
+    .c0_factor = 10, .h_ratio = 1.3, .alpha = 0.02, .delta = 0.1, .method = "wcsph", .walls = "",  \
+    .interpolator = "improved-shepard", .kernel = "gaussian", .stepper = "", .diffusion = "delta", \
     .isa = "auto"                                                                                  \
   }
 

@@ -59,8 +59,8 @@ static int32_t visit_next(visit *v) {
     } else {
       if (++v->column >= v->columns) return -1;
       v->piece = 0;
-      v->pieces = sphi_columns_range(columns, &v->flow->frame, v->found[v->column], v->lo, v->hi,
-                                     v->range);
+      v->pieces =
+          sphi_columns_range(columns, &v->flow->frame, v->found[v->column], v->lo, v->hi, v->range);
     }
     if (v->piece < v->pieces) v->at = v->range[v->piece][0];
   }
@@ -262,8 +262,7 @@ static int32_t next_ghost(visit *v, int32_t k, const double *x, seen *out) {
       continue;
     for (int d = 0; d < boundary->dim; d++) cosine += wet[k].normal[d] * wet[other].normal[d];
     place_of(boundary, g, at);
-    if (cosine > OPPOSITE &&
-        see(v->flow, x, at, wet[other].immersed * wet[other].volume, out))
+    if (cosine > OPPOSITE && see(v->flow, x, at, wet[other].immersed * wet[other].volume, out))
       return other;
   }
   return -1;
@@ -322,7 +321,8 @@ static void make_row(sph_integrator *flow, int32_t w, double dt, int32_t *mark) 
   visit ghosts;
   *right = 0;
   add(s, begin, &used, mark, n + w, 0);
-  if (!is_live(flow, k)) { /* nobody sees it; a singular system stays one with constants in its kernel */
+  if (!is_live(flow,
+               k)) { /* nobody sees it; a singular system stays one with constants in its kernel */
     s->value[begin] = 1;
     if (!all->has_surface) add(s, begin, &used, mark, 0, -1);
     s->count[w] = used;
