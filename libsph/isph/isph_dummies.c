@@ -162,9 +162,13 @@ static bool is_live(const sph_integrator *flow, int32_t k) {
 /* rho0 (f - a_w) at wet ghost k for walls that are consistent, 0 for those as printed. */
 static void push_at(const sph_integrator *flow, int32_t k, double t, double *push) {
   memset(push, 0, SPHI_MAX_DIM * sizeof *push);
-  if (isph_of(flow)->walls == SPH_ISPH_WALLS_DUMMIES)
-    (void)sphi_wall_gradient(flow->cloud.boundary, flow->particles->dim, k, &flow->cloud.force, t,
-                             flow->cloud.rho0, push);
+  if (isph_of(flow)->walls != SPH_ISPH_WALLS_DUMMIES) return;
+  const sph_boundary *boundary = flow->cloud.boundary;
+  const sphi_body_force *force = &flow->cloud.force;
+  if (boundary->dim == 2)
+    (void)sphi_wall_gradient(boundary, 2, k, force, t, flow->cloud.rho0, push);
+  else
+    (void)sphi_wall_gradient(boundary, 3, k, force, t, flow->cloud.rho0, push);
 }
 
 sph_status sphi_isph_dummies_rows(sph_integrator *flow, double t) {
