@@ -469,7 +469,7 @@ static void sloshing_has_the_period_of_theory(void) {
     if (mode * before < 0) passed[passes++] = t - 0.02 * mode / (mode - before);
     before = mode;
   }
-  SPH_TEST_CLOSE(2 * (passed[1] - passed[0]), theory, 0.04, 0);
+  SPH_TEST_CLOSE(2 * (passed[1] - passed[0]), theory, 0.01, 0);
   sph_integrator_stats stats;
   SPH_TEST_OK(b.context, sph_integrator_get_stats(b.flow, &stats));
   CU_ASSERT(stats.limiter == SPH_LIMITER_END && stats.steps > 100);

@@ -17,7 +17,7 @@ typedef struct plan {
   int dim;
   surroundings around;
   sph_stepper stepper; /* 0: the method's own */
-  bool is_double, tait, flap, no_field;
+  bool is_double, tait, flap, no_field, dummies;
   int threads;
 } plan;
 
@@ -109,6 +109,7 @@ static void make_particle_run(run *r) {
     SPH_TEST_OK(context,
                 sph_isph_create(context, r->w.kernel, r->w.water, r->w.boundary, &r->w.flow));
     SPH_TEST_OK(context, sph_isph_set_laminar_viscosity(r->w.flow, 1e-5));
+    if (r->is.dummies) SPH_TEST_OK(context, sph_isph_set_walls(r->w.flow, SPH_ISPH_WALLS_DUMMIES));
   } else {
     SPH_TEST_OK(context,
                 sph_wcsph_create(context, r->w.kernel, r->w.water, r->w.boundary, &r->w.flow));
@@ -310,6 +311,7 @@ static void isph_goes_on(void) {
   goes_on((plan){.method = 'i', .around = FLUME}, 60, 60);
   goes_on((plan){.method = 'i', .around = FLUME, .is_double = true}, 1, 30);
   goes_on((plan){.method = 'i', .around = FLUME, .flap = true}, 30, 30);
+  goes_on((plan){.method = 'i', .around = FLUME, .dummies = true}, 30, 30);
   goes_on((plan){.method = 'i', .around = PERIODIC}, 20, 20);
   goes_on((plan){.method = 'i', .dim = 3, .around = BOX}, 10, 15);
 }

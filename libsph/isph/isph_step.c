@@ -304,5 +304,6 @@ sph_status sphi_isph_keep(sph_integrator *flow, sphi_keep *keep) {
   SPH_TRY(sphi_keep_wholes(keep, "isph/surface", 2, counts));
   SPH_TRY(sphi_keep_section(keep, "isph/open", SPHI_KEEP_REALS, keep->n, s->open));
   if (keep->act == SPHI_KEEP_LOAD) s->has_surface = has_surface != 0;
+  if (keep->act != SPHI_KEEP_CHECK) s->dummies.ghosts = 0; /* both runs forget pressures of walls */
   return SPH_OK;
 }
