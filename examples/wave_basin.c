@@ -90,6 +90,7 @@ static void parse(int argc, char **argv, setup *s) {
     example_refuse("--case", "\"%s\" is none of standing, solitary, bar", s->flow);
   if (!s->meshed && strcmp(s->scheme.method, "isph") != 0 && strcmp(s->scheme.method, "wcsph") != 0)
     example_refuse("--method", "\"%s\" is none of flip, isph, wcsph", s->scheme.method);
+  if (s->meshed && *s->scheme.walls != '\0') example_refuse("--walls", "is for --method isph");
   if ((s->vtk > 0 || s->pictures > 0) && *s->out == '\0')
     example_refuse(s->vtk > 0 ? "--vtk" : "--pictures", "wants a folder, --out");
   s->length = standing ? 20 : over ? 13 : 15;

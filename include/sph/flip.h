@@ -213,7 +213,7 @@ SPH_API SPH_NODISCARD sph_status sph_flip_set_paddle(sph_integrator *integrator,
 SPH_API SPH_NODISCARD sph_status sph_flip_set_reseeding(sph_integrator *integrator, int fewest,
                                                         int most);
 
-/** The solver of the pressure equation, for settings and numbers: CG to 1e-8 from the last pressure. What a
+/** The solver of the pressure equation, for settings and numbers: GMRES to 1e-8 from the last pressure. What a
  * step does that is not solved within its limit is as for sph_isph_get_solver().
  *
  * Ownership  *solver belongs to the integrator: not to be destroyed

@@ -4,6 +4,12 @@
 
 /* In spacings, how deep the layer next to the surface is, and how far beside its normal a ghost's is. */
 static const double LAYER = 1, BESIDE = 1.5;
+/* The sum of a row's entries, as part of that without tilt, below which less of the tilt is taken: wall particles
+ * at the waterline see little, and would have diagonals below zero. */
+static const double LEAST = 0.25;
+/* Rows with less than this part of a full one, of wall particles that see the very edge of something, are made as
+ * large. */
+static const double FAINT = 1e-3;
 /* Cosine of the angle between the normals of two ghosts on different sides of a thin wall. */
 static const double OPPOSITE = -0.5;
 
@@ -282,11 +288,12 @@ static void velocity_of(const sph_integrator *flow, int32_t k, double *v) {
 
 /* Sums over what a wall particle sees, as those of op_projection. */
 typedef struct sums {
-  double m[6], normal[SPHI_MAX_DIM], shear[SPHI_MAX_DIM][SPHI_MAX_DIM];
+  double m[6], all, normal[SPHI_MAX_DIM], shear[SPHI_MAX_DIM][SPHI_MAX_DIM];
 } sums;
 
 static void sum_up(int dim, const seen *by, const double *v, const double *other, sums *s) {
   static const int at[2][3][3] = {{{0, 2}, {2, 1}}, {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}}};
+  s->all += by->slope;
   for (int d = 0; d < dim; d++) {
     s->normal[d] += by->slope * by->away[d];
     for (int e = 0; e < dim; e++) s->shear[d][e] += (other[d] - v[d]) * by->slope * by->away[e];
@@ -349,6 +356,10 @@ static void make_row(sph_integrator *flow, int32_t w, double dt, int32_t *mark) 
   }
   double tilt[SPHI_MAX_DIM], divergence;
   const double scale = sphi_isph_tilt(flow, sum.m, sum.normal, &sum.shear[0][0], tilt, &divergence);
+  double more = 0;
+  for (int d = 0; d < dim; d++) more += tilt[d] * sum.normal[d];
+  if (more / sum.all < LEAST - 1)
+    for (int d = 0; d < dim; d++) tilt[d] *= (LEAST - 1) * sum.all / more;
   for (int64_t e = s->start[w]; e < s->start[w + 1]; e++) {
     const int32_t j = s->fluid[e];
     for (int d = 0; d < dim; d++) other[d] = x[d][j];
@@ -370,6 +381,9 @@ static void make_row(sph_integrator *flow, int32_t w, double dt, int32_t *mark) 
   }
   *right -= flow->cloud.rho0 / dt * divergence;
   if (!(s->value[begin] > 0)) s->value[begin] = 1;
+  const double larger = FAINT * all->full / s->value[begin];
+  for (int32_t e = 0; e < used && larger > 1; e++) s->value[begin + e] *= larger;
+  if (larger > 1) *right *= larger;
   s->count[w] = used;
 }
 
