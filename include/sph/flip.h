@@ -21,7 +21,7 @@ typedef enum sph_flip_smoothing {
 
 /** What the last step was like, and sums since the integrator was created. */
 typedef struct sph_flip_stats {
-  int64_t mixed_cells;  /**< with both fluids, in the last step */
+  int64_t mixed_cells;  /**< with both fluids, or densities between, in the last step */
   int64_t empty_cells;  /**< without particles, in the last step */
   int64_t fewest, most; /**< particles in a cell, in the last step */
   double divergence;    /**< largest of the nodes' weak divergences after the last step [1/s] */
